@@ -1,0 +1,38 @@
+"""symmotion: smooth motions as symbolic constrained programs."""
+
+from symmotion.design import affine_program
+from symmotion.energies import Energy, Jet, JetEnergy, Rigidity, TrajectoryEnergy
+from symmotion.errors import InputError, SolveError
+from symmotion.motions import Affine, AffineMotion, Keyframes
+from symmotion.program import Certificate, Program
+from symmotion.solvers import Comparison, Elimination, ExactNewton, Ipopt, Solution, Status, compare
+from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, least_squares
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Affine",
+    "AffineMotion",
+    "BSplineBasis",
+    "Certificate",
+    "Comparison",
+    "Elimination",
+    "Energy",
+    "ExactNewton",
+    "InputError",
+    "Ipopt",
+    "Jet",
+    "JetEnergy",
+    "Keyframes",
+    "Program",
+    "Rigidity",
+    "Solution",
+    "SolveError",
+    "Spline",
+    "Status",
+    "TrajectoryEnergy",
+    "affine_program",
+    "compare",
+    "cubic_interpolant",
+    "least_squares",
+]

@@ -1,0 +1,111 @@
+"""Rigidity and trajectory energies of affine motions (HJK 3.1, 3.2)."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from symmotion.energies.energy import Energy
+from symmotion.energies.jet import Jet
+from symmotion.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Rigidity(Energy):
+    """R = ∫ Σ w_ij (dᵏ/dtᵏ q_iᵀ AᵀA q_j)² dt, zero on rigid motions: HJK (10) for k = 1, HJK (11), R*, for k = 2.
+
+    order: k. test_vectors: (d, T), columns q_i that span the space, the unit vectors when left
+    out; weights: (T, T) symmetric, not negative, ones when left out. R has the unit
+    length⁴/time for k = 1 and length⁴/time³ for k = 2.
+    """
+
+    order: int = 1
+    test_vectors: np.ndarray | None = None
+    weights: np.ndarray | None = None
+
+    def __post_init__(self):
+        if self.order not in (1, 2):
+            raise InputError(f"rigidity of order {self.order!r}: 1 (HJK 10) or 2 (HJK 11) is needed")
+        if self.test_vectors is not None:
+            q = np.array(self.test_vectors, dtype=float)
+            if q.ndim != 2 or not np.isfinite(q).all():
+                raise InputError(f"test vectors of shape {q.shape}: finite columns, shape (d, T), are needed")
+            if np.linalg.matrix_rank(q) < len(q):
+                raise InputError(f"the {q.shape[1]} test vectors do not span the {len(q)}-dimensional space")
+            object.__setattr__(self, "test_vectors", q)
+        if self.weights is not None:
+            w = np.array(self.weights, dtype=float)
+            if w.ndim != 2 or w.shape[0] != w.shape[1] or not np.isfinite(w).all():
+                raise InputError(f"weights of shape {w.shape}: a finite square array (T, T) is needed")
+            if (w < 0).any():
+                i, j = np.argwhere(w < 0)[0]
+                raise InputError(f"weight ({i}, {j}) is negative: {w[i, j]:g}")
+            if not np.allclose(w, w.T):
+                raise InputError("weights must be symmetric")
+            if self.test_vectors is not None and len(w) != self.test_vectors.shape[1]:
+                raise InputError(f"{len(w)} × {len(w)} weights for {self.test_vectors.shape[1]} test vectors")
+            object.__setattr__(self, "weights", w)
+
+    @property
+    def name(self) -> str:
+        return "R" if self.order == 1 else "R*"
+
+    def residuals(self, jet: Jet) -> ca.SX:
+        d = jet.dimension
+        q = np.eye(d) if self.test_vectors is None else self.test_vectors
+        if len(q) != d:
+            raise InputError(f"test vectors of dimension {len(q)} for a motion in {d}D")
+        w = np.ones((q.shape[1],) * 2) if self.weights is None else self.weights
+        if len(w) != q.shape[1]:
+            raise InputError(f"{len(w)} × {len(w)} weights for {q.shape[1]} test vectors")
+        rate = ca.DM(q).T @ (jet.gram_rate if self.order == 1 else jet.gram_acceleration) @ ca.DM(q)
+        # The matrix is symmetric: the pairs (i, j) and (j, i) are one residual with twice the weight.
+        pairs = [(i, j) for i in range(len(w)) for j in range(i + 1) if w[i, j] > 0]
+        return ca.vertcat(*(np.sqrt(w[i, j] * (1 if i == j else 2)) * rate[i, j] for i, j in pairs))
+
+    def nodes(self, degree: int) -> int:
+        # On a span the integrand has degree 4p − 2, for R* 4p − 4; m Gauss nodes are exact to 2m − 1.
+        return max(1, 2 * degree + 1 - self.order)
+
+
+@dataclass(frozen=True, eq=False)
+class TrajectoryEnergy(Energy):
+    """E = ∫ Σ m_i ‖v̈ + Ä p_i‖² dt, the bending of the paths of body points: HJK (12).
+
+    points: (P, d) body points p_i; masses: (P,) positive, ones when left out. Unit:
+    mass · length²/time³.
+    """
+
+    points: np.ndarray
+    masses: np.ndarray | None = None
+
+    def __post_init__(self):
+        points = np.array(self.points, dtype=float)
+        if points.ndim != 2 or not points.size or not np.isfinite(points).all():
+            raise InputError(f"body points of shape {points.shape}: finite, shape (P, d), P ≥ 1, is needed")
+        object.__setattr__(self, "points", points)
+        if self.masses is not None:
+            masses = np.array(self.masses, dtype=float)
+            if masses.shape != (len(points),):
+                raise InputError(f"masses of shape {masses.shape} for {len(points)} points")
+            if not (masses > 0).all() or not np.isfinite(masses).all():
+                i = int(np.argmin((masses > 0) & np.isfinite(masses)))
+                raise InputError(f"mass {i} is {masses[i]:g}: masses must be positive and finite")
+            object.__setattr__(self, "masses", masses)
+
+    @property
+    def name(self) -> str:
+        return "E"
+
+    def residuals(self, jet: Jet) -> ca.SX:
+        if self.points.shape[1] != jet.dimension:
+            raise InputError(f"body points of dimension {self.points.shape[1]} for a motion in {jet.dimension}D")
+        masses = np.ones(len(self.points)) if self.masses is None else self.masses
+        # Σ m ‖v̈ + Ä p‖² needs d residuals per point, or d (d + 1) for any number of points: with
+        # homogeneous points it is tr(X C Xᵀ), X = (Ä v̈), C = Σ m p pᵀ = L Lᵀ.
+        homogeneous = np.column_stack([self.points, np.ones(len(self.points))]) * np.sqrt(masses)[:, None]
+        root = np.transpose(np.linalg.qr(homogeneous, mode="r"))
+        return ca.vec(ca.horzcat(jet.ddA, jet.ddv) @ ca.DM(root))
+
+    def nodes(self, degree: int) -> int:
+        return max(1, degree - 1)

@@ -1,0 +1,119 @@
+"""Energies: functionals ∫ φ(jet) dt of a motion, which add and scale."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from numbers import Real
+
+import casadi as ca
+import numpy as np
+
+from symmotion.energies.jet import Jet
+from symmotion.errors import InputError
+
+
+class Energy:
+    """A functional ∫ φ(jet) dt of a motion. A subclass states `residuals` (φ their sum of squares) or `integrand`."""
+
+    @property
+    def name(self) -> str:
+        """The short name under which the term appears in programs and reports."""
+        return type(self).__name__
+
+    def residuals(self, jet: Jet) -> ca.SX | None:
+        """A column whose sum of squares is the integrand, or None where there is none.
+
+        Gauss–Newton convexification and the exact line search follow from it.
+        """
+        return None
+
+    def integrand(self, jet: Jet) -> ca.SX:
+        """The scalar φ(jet)."""
+        residuals = self.residuals(jet)
+        if residuals is None:
+            raise NotImplementedError(f"{self.name} states neither residuals nor an integrand")
+        return ca.sumsqr(residuals)
+
+    def nodes(self, degree: int) -> int:
+        """Gauss nodes per span for a motion of this degree."""
+        return 2 * degree
+
+    @property
+    def parts(self) -> tuple[tuple[float, "Energy"], ...]:
+        """The (weight, energy) pairs that this is the sum of."""
+        return ((1.0, self),)
+
+    def __add__(self, other: "Energy") -> "EnergySum":
+        if not isinstance(other, Energy):
+            return NotImplemented
+        return EnergySum(self.parts + other.parts)
+
+    def __mul__(self, factor: Real | float) -> "EnergySum":
+        if not isinstance(factor, Real):
+            return NotImplemented
+        return EnergySum(tuple((float(factor) * weight, energy) for weight, energy in self.parts))
+
+    __rmul__ = __mul__
+
+
+@dataclass(frozen=True)
+class EnergySum(Energy):
+    """A weighted sum of energies. Weights are finite and not negative, and not all are zero."""
+
+    weighted: tuple[tuple[float, Energy], ...]
+
+    def __post_init__(self):
+        for weight, energy in self.weighted:
+            if not np.isfinite(weight) or weight < 0:
+                raise InputError(f"weight {weight:g} of {energy.name}: weights must be finite and not negative")
+        if not any(weight > 0 for weight, _ in self.weighted):
+            raise InputError("all weights of the energies are zero")
+
+    @property
+    def parts(self) -> tuple[tuple[float, Energy], ...]:
+        return self.weighted
+
+    @property
+    def name(self) -> str:
+        return " + ".join(e.name if w == 1 else f"{w:g} {e.name}" for w, e in self.weighted)
+
+    def integrand(self, jet: Jet) -> ca.SX:
+        return sum((w * e.integrand(jet) for w, e in self.weighted), ca.SX(0))
+
+    def nodes(self, degree: int) -> int:
+        return max(e.nodes(degree) for _, e in self.weighted)
+
+
+@dataclass(frozen=True, eq=False)
+class JetEnergy(Energy):
+    """∫ φ(jet) dt for a CasADi expression of the user's own.
+
+    function: from a `Jet` to a scalar φ, or, with `squares`, to a column of residuals whose
+        sum of squares is φ (preferred where it exists: the solver then has a Gauss–Newton matrix).
+    label: its name in programs and reports.
+    gauss_nodes: per span; 2·degree when left out, which is exact for φ up to the degree of R.
+
+        JetEnergy(lambda jet: jet.ddv, squares=True, label="acceleration of the origin")
+    """
+
+    function: Callable[[Jet], ca.SX]
+    squares: bool = False
+    label: str = "custom"
+    gauss_nodes: int | None = None
+
+    @property
+    def name(self) -> str:
+        return self.label
+
+    def residuals(self, jet: Jet) -> ca.SX | None:
+        return ca.vec(ca.SX(self.function(jet))) if self.squares else None
+
+    def integrand(self, jet: Jet) -> ca.SX:
+        if self.squares:
+            return super().integrand(jet)
+        value = ca.SX(self.function(jet))
+        if value.numel() != 1:
+            raise InputError(f"energy {self.label!r} returns shape {value.shape}: a scalar is needed, or squares=True")
+        return value
+
+    def nodes(self, degree: int) -> int:
+        return self.gauss_nodes or 2 * degree

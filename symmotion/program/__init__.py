@@ -1,0 +1,25 @@
+"""Programs of small symbolic kernels: structure, evaluation, saddle systems, certificates. It knows no motions."""
+
+from symmotion.program.block import Block
+from symmotion.program.certificate import Certificate, certify, system_of
+from symmotion.program.condensed import Condensed
+from symmotion.program.evaluate import Evaluator
+from symmotion.program.kernel import Kernel
+from symmotion.program.program import Constraint, Design, Program
+from symmotion.program.saddle import HessianTriangle, Saddle, kkt_pattern
+
+__all__ = [
+    "Block",
+    "Certificate",
+    "Condensed",
+    "Constraint",
+    "Design",
+    "Evaluator",
+    "HessianTriangle",
+    "Kernel",
+    "Program",
+    "Saddle",
+    "certify",
+    "kkt_pattern",
+    "system_of",
+]

@@ -1,0 +1,184 @@
+"""Blocks: a kernel with the tables that say where in the unknowns it is applied, and their batched evaluation."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from symmotion.program.kernel import Kernel, Mapped
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A kernel applied at E · Q nodes: the Q nodes of an element read the same few controls.
+
+    name: of the term or constraint; variable: which unknowns it reads, an array (n, channels
+    and more); channels: the slice of their coordinates.
+    operator: (E · Q · rows, n) sparse: the combinations of controls that the kernel's rows are,
+        basis values and derivatives for a jet, single ones for plain controls.
+    nodes: Q; weights: (E · Q,), quadrature times the term's factor; data: (E · Q, D).
+    """
+
+    name: str
+    kernel: Kernel
+    variable: str
+    channels: slice
+    operator: sparse.csr_array
+    nodes: int
+    weights: np.ndarray
+    data: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """Nodes in all, E · Q."""
+        return len(self.weights)
+
+    @property
+    def elements(self) -> int:
+        return self.count // self.nodes
+
+    def with_data(self, data: np.ndarray) -> "Block":
+        """The same block with other numbers at its nodes; what was derived from its structure is kept."""
+        fresh = replace(self, data=np.asarray(data, dtype=float).reshape(self.data.shape))
+        for name in ("local", "transposed"):
+            if name in self.__dict__:
+                fresh.__dict__[name] = self.__dict__[name]
+        return fresh
+
+    @cached_property
+    def transposed(self) -> sparse.csr_array:
+        return sparse.csr_array(self.operator.T)
+
+    @cached_property
+    def local(self) -> "LocalTables":
+        return LocalTables.of(self, self.operator)
+
+    def rows(self, controls: np.ndarray) -> np.ndarray:
+        """(E · Q, rows · channels) what each node reads from the controls (n, all channels)."""
+        return (self.operator @ controls[:, self.channels]).reshape(self.count, -1)
+
+
+@dataclass(frozen=True, eq=False)
+class LocalTables:
+    """The dense view of an operator: the K columns that each element reads, and its coefficients there.
+
+    columns: (E, K) increasing; coefficients: (E, Q, rows, K), zero where an element reads fewer.
+    pairs: (2, K (K + 1) / 2) the pairs a ≤ b of local columns; products: (E, pairs, Q · rows²),
+        weighted products of coefficients: one matrix product with them turns the node Hessians
+        of an element into its blocks.
+    blocks: (2, B) the different global column pairs; gather: (B, E · pairs) sums the element
+        blocks that belong to each.
+    """
+
+    columns: np.ndarray
+    coefficients: np.ndarray
+    pairs: np.ndarray
+    products: np.ndarray
+    blocks: np.ndarray
+    gather: sparse.csr_array
+
+    @staticmethod
+    def of(block: Block, operator: sparse.csr_array) -> "LocalTables":
+        """The tables of a block for its operator, or for its operator times a null-space basis."""
+        e, q, r = block.elements, block.nodes, block.kernel.rows
+        coo = operator.tocoo()
+        owner = coo.coords[0] // (q * r)
+        keys, position = np.unique(owner.astype(np.int64) * operator.shape[1] + coo.coords[1], return_inverse=True)
+        key_owner, key_column = np.divmod(keys, operator.shape[1])
+        first = np.searchsorted(key_owner, np.arange(e))
+        rank = np.arange(len(keys)) - first[key_owner]
+        k = int(rank.max()) + 1 if len(rank) else 0
+        # Elements that read fewer columns repeat their last one with coefficient zero.
+        last = np.r_[first[1:], len(keys)] - 1
+        columns = np.repeat(np.where(last >= first, np.append(key_column, 0)[last], 0)[:, None], k, axis=1)
+        columns[key_owner, rank] = key_column
+        coefficients = np.zeros((e, q * r, k))
+        coefficients[owner, coo.coords[0] % (q * r), rank[position]] = coo.data
+        coefficients = coefficients.reshape(e, q, r, k)
+        pairs = np.stack(np.triu_indices(k))
+        weighted = block.weights.reshape(e, q, 1, 1) * coefficients
+        products = np.einsum("eqap,eqbp->epqab", weighted[..., pairs[0]], coefficients[..., pairs[1]])
+        products = np.ascontiguousarray(products.reshape(e, pairs.shape[1], q * r * r))
+        ends = columns[:, pairs].transpose(0, 2, 1).reshape(-1, 2)
+        block_keys, place = np.unique(ends[:, 0].astype(np.int64) * operator.shape[1] + ends[:, 1], return_inverse=True)
+        count = len(place)
+        gather = sparse.csr_array((np.ones(count), (place, np.arange(count))), shape=(len(block_keys), count))
+        return LocalTables(
+            columns, coefficients, pairs, products, np.stack(np.divmod(block_keys, operator.shape[1])), gather
+        )
+
+
+class BlockEvaluator:
+    """A block's functions over all its nodes, with the buffers for it. One per thread.
+
+    Every call takes z, what the nodes read (`Block.rows`); multipliers are one for each
+    component at each node, or None for a term.
+    """
+
+    def __init__(self, block: Block):
+        self.block = block
+        self._functions: dict[str, Mapped] = {}
+        kernel = block.kernel
+        self._ones = np.ones((block.count, kernel.out.numel())) if not kernel.squares else None
+
+    def prepare(self, kind: str) -> Mapped:
+        """The function of one kind (see `derive`), made at its first use."""
+        if kind not in self._functions:
+            self._functions[kind] = Mapped(self.block.kernel.function(kind), self.block.count, self.block.nodes)
+        return self._functions[kind]
+
+    def _mu(self, multipliers: np.ndarray | None) -> np.ndarray | None:
+        return self._ones if multipliers is None else multipliers
+
+    def value(self, z: np.ndarray) -> float:
+        """Σ w φ over the nodes."""
+        return float(self.block.weights @ self.prepare("value")(z, self.block.data, self._mu(None))[:, 0])
+
+    def density(self, z: np.ndarray) -> np.ndarray:
+        """(E, Q) the integrand φ, without weights, at the nodes."""
+        return self.prepare("value")(z, self.block.data, self._mu(None)).reshape(self.block.elements, -1)
+
+    def out(self, z: np.ndarray) -> np.ndarray:
+        """(E · Q, C) the kernel itself at the nodes."""
+        return self.prepare("out")(z, self.block.data, None)
+
+    def gradient(self, z: np.ndarray, multipliers: np.ndarray | None = None) -> np.ndarray:
+        """(n, channels) ∂/∂controls of Σ w φ."""
+        slopes = self.prepare("gradient")(z, self.block.data, self._mu(multipliers))
+        return self._collect(slopes)
+
+    def _collect(self, slopes: np.ndarray) -> np.ndarray:
+        """(n, channels) the weighted slopes at the nodes (E · Q, rows · channels), brought to the controls."""
+        slopes *= self.block.weights[:, None]
+        return self.block.transposed @ slopes.reshape(-1, self.block.kernel.channels)
+
+    def line(self, z: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """(5,) coefficients of the quartic Σ w φ(z + α direction)."""
+        return self.block.weights @ self.prepare("line")(z, self.block.data, direction)
+
+    def second_order(
+        self, z: np.ndarray, local: LocalTables, theta: float, multipliers: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The gradient (n, channels) of Σ w φ and the blocks `local.blocks` (B, channels, channels) of its Hessian.
+
+        theta: see `derive`.
+        """
+        c, q = self.block.kernel.channels, self.block.nodes
+        inner = local.products.shape[2]
+        parts = np.empty((self.block.elements, local.pairs.shape[1], c * c))
+        slopes = np.empty_like(z)
+        share = np.full((self.block.count, 1), theta)
+        mapped = self.prepare("hessian")
+        for nodes, (blocks, gradient) in mapped.chunks(z, self.block.data, self._mu(multipliers), share):
+            elements = slice(nodes.start // q, nodes.stop // q)
+            np.matmul(local.products[elements], blocks.reshape(-1, inner, c * c), out=parts[elements])
+            slopes[nodes] = gradient
+        return self._collect(slopes), (local.gather @ parts.reshape(-1, c * c)).reshape(-1, c, c)
+
+    def jacobian(self, z: np.ndarray) -> np.ndarray:
+        """(E, C, K, channels) derivatives of the components by the controls of the element; one node per element."""
+        block, local = self.block, self.block.local
+        values = self.prepare("jacobian")(z, block.data, None)
+        values = values.reshape(block.elements, -1, block.kernel.rows, block.kernel.channels)
+        return np.einsum("ecrm,erk->eckm", values, local.coefficients[:, 0])

@@ -1,0 +1,181 @@
+"""The condensed saddle system: conditions that decouple are carried by controls of their own."""
+
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+from scipy import sparse
+from scipy.sparse.linalg import ArpackNoConvergence, eigsh
+
+from symmotion.errors import InputError
+from symmotion.program.block import LocalTables
+from symmotion.program.evaluate import Pattern
+from symmotion.program.program import Program
+
+SMALL = 40  # conditions up to which a dense null-space basis is taken where they do not decouple
+
+
+def shared_conditions(program: Program) -> sparse.csr_array | None:
+    """(M, n) the matrix N of conditions N X = K on the controls X (n, channels), alike for every channel.
+
+    None where a program's constraints are not of this kind.
+    """
+    if len(program.start) != 1 or not program.constraints:
+        return None
+    (controls,) = program.start.values()
+    channels = controls.shape[1]
+    for c in program.constraints:
+        k = c.block.kernel
+        whole = k.rows == 1 and k.channels == channels == k.out.numel() and c.block.nodes == 1
+        if not (whole and k.linear and c.is_equality):
+            return None
+        zeros = np.zeros((channels, 1))
+        jacobian = np.asarray(k.function("jacobian")(zeros, np.zeros(k.data.shape), zeros))
+        if not (jacobian.reshape(channels, channels) == np.eye(channels)).all():
+            return None
+    return sparse.csr_array(sparse.vstack([c.block.operator for c in program.constraints]))
+
+
+class Condensed:
+    """Newton's saddle system on a null-space basis of the conditions, as banded systems.
+
+    One pivot control per condition is expressed by the others, X = X_p + Z F with F the free
+    controls. Where each condition has a control that no other condition reads (one inserted
+    knot per segment does that for cubics, HJK 4.3), Z is as local as the B-splines, the
+    reduced Hessian ZᵀHZ is banded, and the multipliers follow from the pivots' rows.
+    """
+
+    def __init__(self, program: Program, conditions: sparse.csr_array, pivots: np.ndarray, decoupled: bool):
+        self.program = program
+        self.conditions = conditions
+        self.pivots = pivots
+        (controls,) = program.start.values()
+        n, self.channels = controls.shape
+        free = np.setdiff1d(np.arange(n), pivots)
+        self.free = free
+        if decoupled:
+            diagonal = np.asarray(conditions[np.arange(len(pivots)), pivots])
+            self._solve = lambda k: k / diagonal[:, None]
+            self._solve_transposed = self._solve
+            dependents = sparse.csr_array(sparse.diags_array(-1 / diagonal) @ conditions[:, free])
+        else:
+            factor = la.lu_factor(conditions[:, pivots].toarray())
+            self._solve = lambda k: la.lu_solve(factor, k)
+            self._solve_transposed = lambda k: la.lu_solve(factor, k, trans=1)
+            dependents = sparse.csr_array(-la.lu_solve(factor, conditions[:, free].toarray()))
+        order = np.argsort(np.concatenate([free, pivots]))
+        basis = sparse.vstack([sparse.eye_array(len(free), format="csr"), dependents], format="csr")
+        self.basis = sparse.csr_array(basis[order])
+        self._basis_transposed = sparse.csr_array(self.basis.T)
+        self.size = len(free) * self.channels
+        self._pattern()
+
+    @staticmethod
+    def of(program: Program) -> "Condensed | None":
+        """The condensed system of a program, or None where it has none that is local or small."""
+        if "condensed" not in program.structure:
+            program.structure["condensed"] = _condense(program)
+        return program.structure["condensed"]
+
+    def _pattern(self) -> None:
+        tables = [LocalTables.of(b, sparse.csr_array(b.operator @ self.basis)) for b in self.program.terms]
+        reach = max((int((t.blocks[1] - t.blocks[0]).max()) for t in tables if t.blocks.size), default=0)
+        self.band = (reach + 1) * self.channels - 1
+        size = self.size * (self.band + 1)
+        targets = []
+        for b, t in zip(self.program.terms, tables, strict=True):
+            channel = np.arange(self.channels)[b.channels]
+            # The lower triangle by columns, LAPACK's band storage; a block (a ≤ b) is stored transposed.
+            column = t.blocks[0][:, None, None] * self.channels + channel[:, None]
+            row = t.blocks[1][:, None, None] * self.channels + channel
+            place = row - column + column * (self.band + 1)
+            targets.append(np.where(row >= column, place, size).ravel())
+        self.pattern = Pattern(tuple(tables), tuple(targets), size)
+
+    def feasible(self, x: np.ndarray, violation: np.ndarray) -> np.ndarray:
+        """x with the pivot controls changed so that the conditions hold."""
+        if not violation.any():
+            return x
+        x = x.copy()
+        x.reshape(-1, self.channels)[self.pivots] -= self._solve(violation.reshape(-1, self.channels))
+        return x
+
+    def reduced(self, gradient: np.ndarray) -> np.ndarray:
+        """(size,) Zᵀ∇f."""
+        return (self._basis_transposed @ gradient.reshape(-1, self.channels)).ravel()
+
+    def expand(self, free: np.ndarray) -> np.ndarray:
+        """(unknowns,) Z times a step of the free controls."""
+        return (self.basis @ free.reshape(-1, self.channels)).ravel()
+
+    def multipliers(self, gradient: np.ndarray) -> np.ndarray:
+        """(conditions,) λ that make ∇f + Jᵀλ vanish in the pivots' rows."""
+        return -self._solve_transposed(gradient.reshape(-1, self.channels)[self.pivots]).ravel()
+
+    @property
+    def diagonal(self) -> slice:
+        """Where the diagonal of the reduced Hessian lies in the flat array."""
+        return slice(0, self.pattern.size, self.band + 1)
+
+    def factorise(self, flat: np.ndarray) -> "np.ndarray | None":
+        """The banded Cholesky factor of the reduced Hessian, or None where it is not positive definite."""
+        if not self.size:
+            return flat
+        factor, info = la.lapack.dpbtrf(flat.reshape(-1, self.band + 1).T, lower=1)
+        return factor if info == 0 else None
+
+    def step(self, factor: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+        """(unknowns,) the Newton step −Z (ZᵀHZ)⁻¹ Zᵀ∇f."""
+        if not self.size:
+            return np.zeros_like(gradient)
+        solution, _ = la.lapack.dpbtrs(factor, -self.reduced(gradient), lower=1)
+        return self.expand(solution)
+
+    def negative_curvature(self, flat: np.ndarray) -> np.ndarray | None:
+        """(unknowns,) a direction Z y of the lowest curvature, or None where that is not negative."""
+        bands = self.lower_bands(flat)
+        offsets = -np.arange(self.band + 1)
+        lower = sparse.dia_array((bands, offsets), shape=(self.size, self.size)).tocsr()
+        full = lower + sparse.csr_array(lower.T) - sparse.diags_array(bands[0])
+        y = lowest_curvature(full, float(np.abs(bands[0]).max()))
+        return None if y is None else self.expand(y)
+
+    def lower_bands(self, flat: np.ndarray) -> np.ndarray:
+        """(band + 1, size) the reduced Hessian's lower bands, as SciPy's banded routines take them."""
+        return flat.reshape(-1, self.band + 1).T
+
+
+def lowest_curvature(matrix: Any, scale: float) -> np.ndarray | None:
+    """The eigenvector of the least eigenvalue of a symmetric operator, where that is clearly negative; else None."""
+    size = matrix.shape[0]
+    if size < 64:
+        values, vectors = np.linalg.eigh(matrix @ np.eye(size))
+    else:
+        start = np.random.default_rng(0).normal(size=size)  # seeded: the same escape in every run
+        try:
+            values, vectors = eigsh(matrix, k=1, which="SA", v0=start, tol=1e-4, maxiter=20 * size)
+        except ArpackNoConvergence:
+            return None
+    return vectors[:, 0] if values[0] < -1e-10 * scale else None
+
+
+def _condense(program: Program) -> Condensed | None:
+    conditions = shared_conditions(program)
+    if conditions is None:
+        return None
+    conditions.eliminate_zeros()
+    m, n = conditions.shape
+    coo = conditions.tocoo()
+    alone = np.bincount(coo.coords[1], minlength=n)[coo.coords[1]] == 1
+    strength = np.where(alone, np.abs(coo.data), 0.0)
+    best = sparse.csr_array((strength, coo.coords), shape=(m, n))
+    pivots = np.asarray(best.argmax(axis=1)).ravel()
+    if (np.asarray(best.max(axis=1).todense()).ravel() > 0).all():
+        return Condensed(program, conditions, pivots, decoupled=True)
+    if m > SMALL:
+        return None
+    _, r, order = la.qr(conditions.toarray(), mode="economic", pivoting=True)
+    strengths = np.abs(np.diag(r))
+    if m > n or strengths[-1] <= 1e-12 * strengths[0]:
+        raise InputError(f"the {m} conditions on {n} controls are redundant or contradict each other")
+    return Condensed(program, conditions, np.sort(order[:m]), decoupled=False)

@@ -1,0 +1,153 @@
+"""Numbers for programs: objective, gradient, constraints, Jacobian and Hessian, the same for every solver."""
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from scipy import sparse
+
+from symmotion.program.block import BlockEvaluator, LocalTables
+from symmotion.program.program import Program
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Where the blocks of the Hessian go in a flat array of numbers.
+
+    tables: per block of the program (terms, then constraints) its local tables; targets: per
+    block the position of each entry, those not wanted going to `size`, one past the end.
+    """
+
+    tables: tuple[LocalTables, ...]
+    targets: tuple[np.ndarray, ...]
+    size: int
+
+
+class Evaluator:
+    """A program's functions at points x (unknowns,), with working memory. One per thread.
+
+    seconds: spent in it so far.
+    """
+
+    def __init__(self, program: Program):
+        self.program = program
+        self.terms = [BlockEvaluator(b) for b in program.terms]
+        self.constraints = [BlockEvaluator(c.block) for c in program.constraints]
+        self.seconds = 0.0
+
+    def prepare(self, *kinds: str) -> None:
+        """Derive the terms' functions of these kinds now instead of at their first use."""
+        for e in self.terms:
+            for kind in kinds:
+                e.prepare(kind)
+
+    def _rows(self, evaluators: list[BlockEvaluator], x: np.ndarray) -> list[np.ndarray]:
+        arrays = self.program.unpack(x)
+        return [e.block.rows(arrays[e.block.variable]) for e in evaluators]
+
+    def terms_at(self, x: np.ndarray) -> dict[str, float]:
+        """The value of each term, its factor included."""
+        values: dict[str, float] = {}
+        for e, z in zip(self.terms, self._rows(self.terms, x), strict=True):
+            values[e.block.name] = e.value(z)
+        return values
+
+    def objective(self, x: np.ndarray) -> float:
+        began = perf_counter()
+        value = sum(e.value(z) for e, z in zip(self.terms, self._rows(self.terms, x), strict=True))
+        self.seconds += perf_counter() - began
+        return float(value)
+
+    def gradient(self, x: np.ndarray) -> np.ndarray:
+        """(unknowns,) ∇f."""
+        began = perf_counter()
+        total = np.zeros_like(x)
+        arrays = self.program.unpack(total)
+        for e, z in zip(self.terms, self._rows(self.terms, x), strict=True):
+            arrays[e.block.variable][:, e.block.channels] += e.gradient(z)
+        self.seconds += perf_counter() - began
+        return total
+
+    def violation(self, x: np.ndarray) -> np.ndarray:
+        """(conditions,) how far g lies outside its bounds, with sign: g itself for equalities to zero."""
+        g = self.values(x)
+        return np.maximum(g - self.program.upper, 0) - np.maximum(self.program.lower - g, 0)
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """(conditions,) g."""
+        parts = [e.out(z).ravel() for e, z in zip(self.constraints, self._rows(self.constraints, x), strict=True)]
+        return np.concatenate(parts) if parts else np.empty(0)
+
+    def jacobian(self, x: np.ndarray) -> sparse.csr_array:
+        """(conditions, unknowns) ∂g/∂x; made once where all constraints are linear."""
+        structure = self.program.structure
+        if "jacobian" in structure:
+            return structure["jacobian"]
+        began = perf_counter()
+        rows, columns, values = [], [], []
+        first = 0
+        for e, z in zip(self.constraints, self._rows(self.constraints, x), strict=True):
+            block = e.block
+            v = e.jacobian(z)
+            stride = self.program.start[block.variable].shape[1]
+            channel = np.arange(stride)[block.channels]
+            place = self.program.offsets[block.variable] + block.local.columns[..., None] * stride + channel
+            rows.append(
+                np.broadcast_to(first + np.arange(v.shape[0] * v.shape[1]).reshape(*v.shape[:2], 1, 1), v.shape)
+            )
+            columns.append(np.broadcast_to(place[:, None], v.shape))
+            values.append(v)
+            first += v.shape[0] * v.shape[1]
+        shape = (self.program.conditions, self.program.unknowns)
+        if not rows:
+            return sparse.csr_array(shape)
+        flat = [np.concatenate([a.ravel() for a in part]) for part in (rows, columns, values)]
+        result = sparse.csr_array((flat[2], (flat[0], flat[1])), shape=shape)
+        result.sum_duplicates()
+        if self.program.linear:
+            result.eliminate_zeros()
+            structure["jacobian"] = result
+        self.seconds += perf_counter() - began
+        return result
+
+    def second_order(
+        self,
+        x: np.ndarray,
+        pattern: Pattern,
+        multipliers: np.ndarray | None = None,
+        *,
+        theta: float = 1.0,
+        factor: float = 1.0,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """∇f (unknowns,) and the Hessian of factor · f + λᵀg (pattern.size,) in the order of the pattern.
+
+        Of terms that are sums of squares, the Hessian's Gauss–Newton part plus theta times the rest.
+        """
+        began = perf_counter()
+        flat, slopes = np.zeros(pattern.size + 1), np.zeros_like(x)
+        arrays = self.program.unpack(slopes)
+        curved = [e for e in self.constraints if not e.block.kernel.linear]
+        parts = self.program.split(multipliers) if multipliers is not None else {}
+        evaluators = self.terms + curved
+        for k, (e, z) in enumerate(zip(evaluators, self._rows(evaluators, x), strict=True)):
+            if k < len(self.terms):
+                gradient, blocks = e.second_order(z, pattern.tables[k], theta)
+                arrays[e.block.variable][:, e.block.channels] += gradient
+                flat[pattern.targets[k]] += factor * blocks.ravel()
+            else:
+                _, blocks = e.second_order(z, pattern.tables[k], 1.0, parts.get(e.block.name))
+                flat[pattern.targets[k]] += blocks.ravel()
+        self.seconds += perf_counter() - began
+        return slopes, flat[:-1]
+
+    def line(self, x: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
+        """(5,) coefficients of the quartic f(x + α direction), or None where some term is no such polynomial."""
+        if not all(e.block.kernel.quartic for e in self.terms):
+            return None
+        began = perf_counter()
+        steps = self._rows(self.terms, direction)
+        total = sum(
+            (e.line(z, dz) for e, z, dz in zip(self.terms, self._rows(self.terms, x), steps, strict=True)), np.zeros(5)
+        )
+        self.seconds += perf_counter() - began
+        return total

@@ -1,0 +1,163 @@
+"""Kernels: the small symbolic functions that programs are made of, their derivatives and their batched evaluation."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import casadi as ca
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """A small function of a few local unknowns z, applied at many nodes of a program.
+
+    z: (rows · channels, 1) symbols: `rows` combinations of controls, each with `channels`
+        coordinates, row by row; data: (D, 1) symbols that differ from node to node.
+    out: (C, 1) expression of z and data: the residuals or the integrand of a term, or the
+        components of a constraint.
+    squares: whether a term is the sum of the squares of `out` (else the sum of `out`).
+    """
+
+    z: ca.SX
+    data: ca.SX
+    out: ca.SX
+    channels: int
+    squares: bool = False
+
+    @property
+    def rows(self) -> int:
+        return self.z.numel() // self.channels
+
+    @cached_property
+    def code(self) -> str:
+        """The kernel as text, the same for equal kernels: the key of the compile cache."""
+        return ca.Function("kernel", [self.z, self.data], [ca.densify(self.out)]).serialize()
+
+    @cached_property
+    def linear(self) -> bool:
+        """Whether `out` is an affine function of z."""
+        return bool(ca.is_linear(self.out, self.z))
+
+    @cached_property
+    def quartic(self) -> bool:
+        """Whether the term is a polynomial of degree four or less along every line."""
+        return bool(ca.is_linear(ca.vec(ca.jacobian(self.out, self.z)), self.z))
+
+    def function(self, kind: str) -> ca.Function:
+        """One of the functions of `derive`, made once for all equal kernels."""
+        return derive(self.code, kind, self.channels, self.squares)
+
+
+@lru_cache(maxsize=512)
+def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
+    """A derivative of a kernel as a CasADi function of (z, data, mu), "hessian" of (z, data, mu, theta).
+
+    The scalar in question is φ = Σ out² with `squares`, else muᵀ out. Kinds:
+    "out" (C,); "value" φ; "gradient" ∂φ/∂z, row by row;
+    "hessian" ∂²φ/∂z², as rows × rows blocks of channels × channels (of a sum of squares the
+    Gauss–Newton part plus theta times the rest), and the gradient beside it;
+    "jacobian" ∂out/∂z, (C, rows · channels) by rows;
+    "line" the five coefficients of φ along z + α mu, for out up to quadratic, mu having the shape of z.
+    """
+    base = ca.Function.deserialize(code)
+    z = ca.SX.sym("z", base.size1_in(0))
+    data = ca.SX.sym("data", base.size1_in(1))
+    out = base(z, data)
+    mu = ca.SX.sym("mu", z.numel() if kind == "line" else out.numel())
+    theta = ca.SX.sym("theta")
+    phi = ca.sumsqr(out) if squares else ca.dot(mu, out)
+    if kind == "out":
+        result = out
+    elif kind == "value":
+        result = phi
+    elif kind == "gradient":
+        result = ca.gradient(phi, z)
+    elif kind == "hessian":
+        hessian = ca.hessian(ca.dot(mu, out), z)[0]
+        if squares:
+            jacobian = ca.jacobian(out, z)
+            hessian = 2 * jacobian.T @ jacobian + ca.substitute(hessian, mu, 2 * theta * out)
+        # One triangle is computed and mirrored: CasADi does not see that the two are equal.
+        result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
+    elif kind == "jacobian":
+        result = ca.vec(ca.densify(ca.jacobian(out, z)).T)
+    elif kind == "line":
+        first = ca.jtimes(out, z, mu)
+        second = ca.jtimes(first, z, mu) / 2
+        if squares:
+            dot = ca.dot
+            middle = dot(first, first) + 2 * dot(out, second)
+            result = ca.vertcat(dot(out, out), 2 * dot(out, first), middle, 2 * dot(first, second), dot(second, second))
+        else:
+            result = ca.vertcat(ca.sum1(out), ca.sum1(first), ca.sum1(second), 0, 0)
+    else:
+        raise ValueError(f"no derivative {kind!r}")
+    if kind == "hessian":
+        inputs, outputs = [z, data, mu, theta], [result, ca.gradient(phi, z)]
+    else:
+        inputs, outputs = [z, data, mu], [result]
+    return ca.Function("kernel", inputs, ca.cse([ca.densify(o) for o in outputs]))
+
+
+def _by_blocks(hessian: ca.SX, channels: int) -> ca.SX:
+    """A Hessian as one column: for each pair of rows (a, b) its channels × channels block, row by row."""
+    size = hessian.shape[0]
+    i = np.arange(size).reshape(-1, channels)
+    rows = i[:, None, :, None]
+    columns = i[None, :, None, :]
+    order = (rows + columns * size).ravel()
+    return ca.vec(ca.densify(hessian))[order.tolist()]
+
+
+@lru_cache(maxsize=512)
+def _mapped(function: ca.Function, count: int) -> ca.Function:
+    return function.map(count)
+
+
+class Mapped:
+    """A kernel function over many nodes, in chunks whose buffers stay in cache.
+
+    `Function.buffer()` costs under a microsecond a call where an ordinary call costs fifty.
+    Not to be shared between threads.
+    """
+
+    CHUNK = 384  # nodes: 1 MB for the Hessian of a cubic 3D rigidity kernel
+
+    def __init__(self, function: ca.Function, count: int, multiple: int = 1):
+        """count: nodes in all; multiple: nodes that must stay in one chunk."""
+        self.count = count
+        # Chunks of equal size: what the last one lacks would be evaluated in vain.
+        elements = count // multiple
+        rounds = max(1, round(count / self.CHUNK))
+        self.chunk = -(-elements // rounds) * multiple
+        mapped = _mapped(function, self.chunk)
+        self._inputs = [np.zeros((self.chunk, function.size1_in(i))) for i in range(function.n_in())]
+        self._outputs = [np.zeros((self.chunk, function.size1_out(i))) for i in range(function.n_out())]
+        # CasADi's stubs do not know that a memoryview brings its own size.
+        self._buffer, self._call = mapped.buffer()
+        for i, array in enumerate(self._inputs):
+            if array.size:
+                self._buffer.set_arg(i, memoryview(array))  # pyright: ignore[reportCallIssue, reportArgumentType]
+        for i, array in enumerate(self._outputs):
+            self._buffer.set_res(i, memoryview(array))  # pyright: ignore[reportCallIssue, reportArgumentType]
+
+    def chunks(self, *inputs: np.ndarray | None) -> Iterator[tuple[slice, list[np.ndarray]]]:
+        """For each chunk its slice of the nodes and the outputs there, (nodes, size) each, valid until the next.
+
+        inputs: (count, size) each, in the function's order; None leaves an input zero.
+        """
+        for start in range(0, self.count, self.chunk):
+            stop = min(start + self.chunk, self.count)
+            for array, values in zip(self._inputs, inputs, strict=True):
+                if values is not None and array.size:
+                    array[: stop - start] = values[start:stop]
+            self._call()
+            yield slice(start, stop), [array[: stop - start] for array in self._outputs]
+
+    def __call__(self, *inputs: np.ndarray | None) -> np.ndarray:
+        """(count, size) the first output at all nodes."""
+        result = np.empty((self.count, self._outputs[0].shape[1]))
+        for nodes, outputs in self.chunks(*inputs):
+            result[nodes] = outputs[0]
+        return result

@@ -1,0 +1,20 @@
+"""Solvers for programs, and their comparison."""
+
+from symmotion.solvers.comparison import Comparison, compare, solver_by_name
+from symmotion.solvers.elimination import Elimination
+from symmotion.solvers.ipopt import Ipopt
+from symmotion.solvers.newton import ExactNewton
+from symmotion.solvers.result import Iteration, Seconds, Solution, Status
+
+__all__ = [
+    "Comparison",
+    "Elimination",
+    "ExactNewton",
+    "Ipopt",
+    "Iteration",
+    "Seconds",
+    "Solution",
+    "Status",
+    "compare",
+    "solver_by_name",
+]

@@ -1,0 +1,103 @@
+"""Several solvers on one program, side by side."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.program import Program
+from symmotion.solvers.elimination import Elimination
+from symmotion.solvers.ipopt import Ipopt
+from symmotion.solvers.newton import ExactNewton
+from symmotion.solvers.result import Seconds, Solution, Status, conclude
+
+# Short names of solvers, as reports and the command line use them.
+BY_NAME = {
+    "newton": ExactNewton(),
+    "newton-sparse": ExactNewton(system="sparse"),
+    "ipopt": Ipopt(),
+    "ipopt-plain": Ipopt(derivatives="plain"),
+    "elimination": Elimination(),
+    "elimination-staged": Elimination(stages="knots"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The solutions of one program by several solvers, in the order asked for."""
+
+    program: Program
+    solutions: tuple[Solution, ...]
+
+    @property
+    def best(self) -> Solution | None:
+        """The solved one of least objective, minima before saddle points; None where none solved."""
+        solved = [s for s in self.solutions if s.status is Status.SOLVED]
+        return min(solved, key=lambda s: (s.inertia == "indefinite", s.objective), default=None)
+
+    def agreement(self, solution: Solution) -> tuple[float, float] | None:
+        """How far minimiser and multipliers are from the best one's, each relative to its largest entry."""
+        best = self.best
+        if best is None or solution.status is Status.UNSUPPORTED:
+            return None
+        return _relative(solution.x, best.x), _relative(solution.multiplier_vector, best.multiplier_vector)
+
+    def __str__(self) -> str:
+        head = ("solver", "status", "objective", "stationarity", "violation", "inertia", "iterations")
+        head += ("order", "seconds", "Δ minimiser", "Δ multipliers")
+        rows: list[tuple[str, ...]] = [head]
+        for s in self.solutions:
+            order, agreement = s.convergence_order, self.agreement(s)
+            rows.append(
+                (
+                    s.method,
+                    str(s.status),
+                    f"{s.objective:.9g}",
+                    f"{s.stationarity:.1e}",
+                    f"{s.violation:.1e}",
+                    s.inertia,
+                    str(s.iterations),
+                    "–" if order is None else f"{order:.2f}",
+                    f"{s.seconds.total:.4f}",
+                    *(("–", "–") if agreement is None else (f"{a:.1e}" for a in agreement)),
+                )
+            )
+        widths = [max(len(r[k]) for r in rows) for k in range(len(head))]
+        lines = ["  ".join(cell.ljust(w) for cell, w in zip(r, widths, strict=True)).rstrip() for r in rows]
+        return "\n".join(lines + [f"{s.method}: {s.message}" for s in self.solutions if s.message])
+
+
+def compare(program: Program, solvers: Sequence[Any] | None = None, start: Any = None) -> Comparison:
+    """Run solvers one after the other on a program from the same start.
+
+    solvers: ExactNewton(), Ipopt() and Elimination() when left out. One that cannot take the
+    program gets a row that says why.
+    """
+    if solvers is None:
+        solvers = (ExactNewton(), Ipopt(), Elimination())
+    solutions = []
+    for solver in solvers:
+        try:
+            solutions.append(solver.solve(program, start))
+        except InputError as error:
+            solutions.append(_unsupported(program, solver, str(error)))
+    return Comparison(program, tuple(solutions))
+
+
+def solver_by_name(name: str) -> Any:
+    """The solver of a short name such as "newton"; InputError says which exist."""
+    if name not in BY_NAME:
+        raise InputError(f"solver {name!r} is unknown; there are {', '.join(BY_NAME)}")
+    return BY_NAME[name]
+
+
+def _unsupported(program: Program, solver: Any, reason: str) -> Solution:
+    method = next((name for name, known in BY_NAME.items() if known == solver), type(solver).__name__.lower())
+    nothing = np.full(program.unknowns, np.nan), np.full(program.conditions, np.nan)
+    return conclude(program, solver, method, *nothing, [], Seconds(), (Status.UNSUPPORTED, reason))
+
+
+def _relative(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.abs(a - b).max(initial=0.0) / (np.abs(b).max(initial=0.0) or 1.0))

@@ -1,0 +1,149 @@
+"""B-spline bases of any degree over clamped and periodic knot vectors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from symmotion.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class BSplineBasis:
+    """The B-splines N_0 … N_{n−1} of one degree over one knot vector.
+
+    knots: (n + degree + 1,), non-decreasing, in the unit of time; for a periodic basis the
+        knots beyond the domain repeat the period, and N_{j+n} is the same function as N_j.
+    degree: at least 0.
+    periodic: whether the last `degree` functions are identified with the first.
+
+    Raises InputError for knots that decrease, are not finite or are too few, and where a knot
+    has more than degree + 1 copies.
+    """
+
+    knots: np.ndarray
+    degree: int
+    periodic: bool = False
+
+    def __post_init__(self):
+        knots = np.array(self.knots, dtype=float)
+        if int(self.degree) != self.degree or self.degree < 0:
+            raise InputError(f"degree {self.degree!r}: must be a whole number, 0 or more")
+        if knots.ndim != 1 or knots.size < 2 * self.degree + 2:
+            raise InputError(
+                f"{knots.size} knots are too few for degree {self.degree}: at least {2 * self.degree + 2} are needed"
+            )
+        if not np.isfinite(knots).all():
+            raise InputError(f"knot {int(np.argmin(np.isfinite(knots)))} is not finite")
+        steps = np.diff(knots)
+        if (steps < 0).any():
+            k = int(np.argmax(steps < 0))
+            raise InputError(f"knots decrease from {knots[k]:g} to {knots[k + 1]:g} at knot {k + 1}")
+        crowded = knots[self.degree + 1 :] == knots[: -self.degree - 1]
+        if crowded.any():
+            k = int(np.argmax(crowded))
+            raise InputError(f"knot {knots[k]:g} has more than degree + 1 = {self.degree + 1} copies")
+        knots.flags.writeable = False
+        object.__setattr__(self, "knots", knots)
+        object.__setattr__(self, "degree", int(self.degree))
+
+    @staticmethod
+    def clamped(breakpoints, degree: int) -> "BSplineBasis":
+        """The basis with simple knots at increasing `breakpoints`, the end ones repeated degree + 1 times."""
+        b = np.asarray(breakpoints, dtype=float)
+        return BSplineBasis(np.concatenate([np.full(degree, b[0]), b, np.full(degree, b[-1])]), degree)
+
+    @staticmethod
+    def closed(breakpoints, degree: int) -> "BSplineBasis":
+        """The periodic basis with simple knots at increasing `breakpoints`; the last is the first, a period later."""
+        b = np.asarray(breakpoints, dtype=float)
+        if b.size <= degree:
+            raise InputError(f"a periodic basis of degree {degree} needs more than {degree} spans, not {b.size - 1}")
+        period = b[-1] - b[0]
+        before, after = b[-1 - degree : -1] - period, b[1 : degree + 1] + period
+        return BSplineBasis(np.concatenate([before, b, after]), degree, periodic=True)
+
+    @property
+    def n(self) -> int:
+        """Number of different functions, and so of control points."""
+        return self.knots.size - self.degree - 1 - (self.degree if self.periodic else 0)
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """The parameter interval on which the functions sum to one."""
+        return float(self.knots[self.degree]), float(self.knots[-self.degree - 1])
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        """The different knots inside the domain, ends included: the borders of the spans."""
+        return np.unique(self.knots[self.degree : self.knots.size - self.degree])
+
+    @property
+    def greville(self) -> np.ndarray:
+        """(n,) knot averages: the parameter at which each control acts most directly."""
+        if self.degree == 0:
+            return 0.5 * (self.knots[1:] + self.knots[:-1])
+        windows = np.lib.stride_tricks.sliding_window_view(self.knots[1:-1], self.degree)
+        return windows.mean(axis=1)[: self.n]
+
+    def spans(self, t) -> np.ndarray:
+        """(N,) index k of the span [knots[k], knots[k+1]) that holds each t; the right end counts to the last span."""
+        t = np.asarray(t, dtype=float)
+        a, b = self.domain
+        inside = (t >= a) & (t <= b)
+        if not inside.all():
+            raise InputError(f"parameter {t[~inside].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
+        last = int(np.searchsorted(self.knots, b, side="left")) - 1
+        return np.minimum(np.searchsorted(self.knots, t, side="right") - 1, last)
+
+    def local(self, t, nu: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """The degree + 1 functions that can differ from zero at each t, and their nu-th derivatives.
+
+        t: (N,) in the domain. Returns their indices (N, degree + 1), in order of time, and
+        values (N, degree + 1): Cox–de Boor, whose last nu steps differentiate.
+        """
+        t = np.atleast_1d(np.asarray(t, dtype=float))
+        span = self.spans(t)
+        values = np.ones((t.size, 1))
+        for q in range(1, self.degree + 1):
+            left = self.knots[span[:, None] + np.arange(1 - q, 1)]
+            width = self.knots[span[:, None] + np.arange(1, q + 1)] - left
+            higher = np.zeros((t.size, q + 1))
+            if q <= self.degree - nu:
+                share = (t[:, None] - left) / width * values
+                higher[:, :-1] = values - share
+                higher[:, 1:] += share
+            else:
+                slope = q / width * values
+                higher[:, :-1] = -slope
+                higher[:, 1:] += slope
+            values = higher
+        indices = span[:, None] + np.arange(-self.degree, 1)
+        if self.periodic:
+            indices %= self.n
+        return indices, values if nu <= self.degree else np.zeros_like(values)
+
+    def matrix(self, t, nu: int = 0) -> sparse.csr_array:
+        """(N, n) nu-th derivatives of all functions at the parameters t, as a sparse array."""
+        indices, values = self.local(t, nu)
+        rows = np.repeat(np.arange(len(indices)), self.degree + 1)
+        return sparse.csr_array((values.ravel(), (rows, indices.ravel())), shape=(len(indices), self.n))
+
+    def __call__(self, t, nu: int = 0) -> np.ndarray:
+        """(N, n) nu-th derivatives of all functions at the parameters t, dense."""
+        return self.matrix(t, nu).toarray()
+
+    def with_knots(self, new) -> "BSplineBasis":
+        """The basis with the knots `new` inserted, each inside the domain; a value given twice counts twice."""
+        if self.periodic:
+            raise InputError("knot insertion takes a clamped basis")
+        new = np.atleast_1d(np.asarray(new, dtype=float))
+        self.spans(new)
+        return BSplineBasis(np.sort(np.concatenate([self.knots, new])), self.degree)
+
+    def elevated(self, times: int = 1) -> "BSplineBasis":
+        """The basis of degree + `times` that holds every spline of this one: each knot gains `times` copies."""
+        if self.periodic:
+            raise InputError("degree elevation takes a clamped basis")
+        values, copies = np.unique(self.knots, return_counts=True)
+        return BSplineBasis(np.repeat(values, copies + times), self.degree + times)

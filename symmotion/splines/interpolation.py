@@ -1,0 +1,153 @@
+"""Interpolating and least-squares splines, and the closest spline of another space."""
+
+import numpy as np
+from scipy import sparse
+from scipy.interpolate import make_interp_spline
+from scipy.sparse.linalg import splu, spsolve
+
+from symmotion.errors import InputError
+from symmotion.splines.basis import BSplineBasis
+from symmotion.splines.quadrature import gauss
+from symmotion.splines.spline import Spline
+
+ENDS = ("natural", "not-a-knot", "clamped", "periodic")
+
+
+def check_times(times, what: str = "keyframe") -> np.ndarray:
+    """`times` as a float array (M,), finite and increasing; InputError names the first that is not."""
+    times = np.asarray(times, dtype=float)
+    if times.ndim != 1:
+        raise InputError(f"times of shape {times.shape}: one time per {what} is needed, shape (M,)")
+    finite = np.isfinite(times)
+    if not finite.all():
+        raise InputError(f"the time of {what} {int(np.argmin(finite))} is {times[np.argmin(finite)]}")
+    steps = np.diff(times)
+    if (steps <= 0).any():
+        k = int(np.argmax(steps <= 0))
+        how = "repeats" if steps[k] == 0 else "comes before"
+        raise InputError(
+            f"the time of {what} {k + 1}, {times[k + 1]:.9g}, {how} that of {what} {k}, {times[k]:.9g}: "
+            "times must increase"
+        )
+    return times
+
+
+def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> Spline:
+    """The C² cubic spline with simple knots at `times` through `values` (tridiagonal system; HJK 2.2).
+
+    times: (M,) increasing; values: (M, …).
+    ends: "natural" (no end acceleration, M ≥ 2), "not-a-knot" (M ≥ 4), "clamped" with
+        `end_slopes` (2, …) in values per unit of time, or "periodic" (M ≥ 4; the first value
+        repeated at the end).
+    """
+    times, values = check_times(times), np.asarray(values, dtype=float)
+    if len(values) != len(times):
+        raise InputError(f"{len(times)} times for {len(values)} values")
+    if ends not in ENDS:
+        raise InputError(f"end condition {ends!r} is unknown; there are {', '.join(ENDS)}")
+    least = 4 if ends in ("not-a-knot", "periodic") else 2
+    if len(times) < least:
+        raise InputError(f"{len(times)} keyframes are too few for {ends} ends: at least {least} are needed")
+    if (ends == "clamped") != (end_slopes is not None):
+        raise InputError("end_slopes go with clamped ends, and clamped ends need them")
+    if ends == "clamped":
+        slopes = np.asarray(end_slopes, dtype=float)
+        if slopes.shape != (2, *values.shape[1:]):
+            raise InputError(f"end_slopes of shape {slopes.shape}: {(2, *values.shape[1:])} is needed")
+        conditions = ([(1, slopes[0])], [(1, slopes[1])])
+    elif ends == "periodic":
+        if not np.allclose(values[0], values[-1], rtol=1e-9, atol=1e-9 * max(1.0, np.abs(values).max())):
+            raise InputError("periodic ends need the last keyframe equal to the first")
+        fitted = make_interp_spline(times, np.concatenate([values[:-1], values[:1]]), k=3, bc_type="periodic")
+        return Spline(BSplineBasis.closed(times, 3), fitted.c[: len(times) - 1])
+    else:
+        conditions = ends
+    fitted = make_interp_spline(times, values, k=3, bc_type=conditions)
+    return Spline(BSplineBasis(fitted.t, 3), fitted.c)
+
+
+def least_squares(basis: BSplineBasis, times, values) -> Spline:
+    """The spline of `basis` with least Σ ‖s(t_i) − values_i‖² (pseudo-inverse; HJK 2.2).
+
+    It interpolates where there are as many conditions as controls (M = n). times: (M,)
+    increasing, values: (M, …). Raises InputError where controls are left undetermined or, with
+    M = n, where keyframes crowd (Schoenberg–Whitney), naming them.
+    """
+    times, values = check_times(times), np.asarray(values, dtype=float)
+    if len(times) < basis.n:
+        raise InputError(f"{len(times)} keyframes cannot determine {basis.n} controls: fewer knots are needed")
+    collocation, flat = basis.matrix(times), values.reshape(len(times), -1)
+    if len(times) == basis.n:
+        if not basis.periodic:
+            require_schoenberg_whitney(basis, times)
+        controls = spsolve(collocation.tocsc(), flat)
+    else:
+        controls, _, rank, _ = np.linalg.lstsq(collocation.toarray(), flat)
+        if rank < basis.n:
+            untouched = np.flatnonzero(np.asarray(abs(collocation).sum(axis=0)) == 0)
+            where = f"control {untouched[0]} has no keyframe in its support" if untouched.size else "keyframes crowd"
+            raise InputError(f"the keyframes leave controls undetermined ({where}): fewer knots are needed")
+    return Spline(basis, np.reshape(controls, (basis.n, *values.shape[1:])))
+
+
+def require_schoenberg_whitney(basis: BSplineBasis, times: np.ndarray) -> None:
+    """Raise InputError unless interpolation at `times` (M,) can be solved: every keyframe needs a control of its own.
+
+    Taken in order, keyframe i gets the next control whose support holds t_i (Schoenberg and
+    Whitney 1953); where none is left, the keyframes that crowd together are named.
+    """
+    used = -1
+    for i, free in enumerate(_seeing(basis, times)):
+        used = max(used + 1, free[0])
+        if used > free[1]:
+            first = _crowd(basis, times, i)
+            raise InputError(
+                f"keyframes {first} to {i} (times {times[first]:g} to {times[i]:g}) are more conditions than the "
+                "controls that act there: insert knots between them or raise the degree"
+            )
+
+
+def _seeing(basis: BSplineBasis, times: np.ndarray) -> np.ndarray:
+    """(M, 2) the first and the last control that is not zero at each time."""
+    indices, values = basis.local(times)
+    inside = np.where(values != 0, indices, -1).max(axis=1)
+    return np.column_stack([np.where(values != 0, indices, basis.n).min(axis=1), inside])
+
+
+def _crowd(basis: BSplineBasis, times: np.ndarray, last: int) -> int:
+    """The first keyframe of the group that ends with `last` and has more members than controls."""
+    seen = _seeing(basis, times)
+    for first in range(last, -1, -1):
+        if seen[first : last + 1, 1].max() - seen[first : last + 1, 0].min() + 1 < last - first + 1:
+            return first
+    return 0
+
+
+def closest(basis: BSplineBasis, spline: Spline, times) -> Spline:
+    """The spline s of `basis` with s = `spline` at `times` and least ∫ ‖s⁽ᵐ⁾ − spline⁽ᵐ⁾‖² dt, m = min(2, degree).
+
+    This carries a start value into a space of another degree: it is exact where the space
+    holds `spline`, and stays smooth where it does not. Solved as one sparse saddle system.
+    """
+    require_schoenberg_whitney(basis, np.asarray(times, dtype=float))
+    order = min(2, basis.degree)
+    # Products of two m-th derivatives have degree at most 2 max(p) − 2m on the spans of both splines together.
+    merged = BSplineBasis.clamped(np.union1d(basis.breakpoints, spline.basis.breakpoints), 1)
+    points, weights = gauss(merged, max(basis.degree, spline.degree) - order + 1)
+    slopes = basis.matrix(points.ravel(), order)
+    weighted = slopes.T.tocsr().multiply(weights.ravel()).tocsr()
+    collocation = basis.matrix(times)
+    rhs = np.concatenate(
+        [
+            weighted @ spline(points.ravel(), order).reshape(points.size, -1),
+            spline(times).reshape(len(times), -1),
+        ]
+    )
+    gram = weighted @ slopes
+    scale = 1 / abs(gram).max()  # of the order of the conditions, for the accuracy of the solve
+    rhs[: basis.n] *= scale
+    system = sparse.block_array([[scale * gram, collocation.T], [collocation, None]], format="csc")
+    factor = splu(system)
+    solution = factor.solve(rhs)
+    solution += factor.solve(rhs - system @ solution)
+    return Spline(basis, solution[: basis.n].reshape(basis.n, *spline.control_points.shape[1:]))

@@ -1,0 +1,123 @@
+"""Spline functions as values: evaluation, exact knot insertion, exact degree elevation."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from symmotion.errors import InputError
+from symmotion.splines.basis import BSplineBasis
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """The spline Σ N_j(t) c_j.
+
+    basis: its B-splines; control_points: (n, …), any trailing shape.
+    """
+
+    basis: BSplineBasis
+    control_points: np.ndarray
+
+    def __post_init__(self):
+        controls = np.asarray(self.control_points, dtype=float)
+        if controls.ndim == 0 or len(controls) != self.basis.n:
+            raise InputError(
+                f"control points of shape {controls.shape} for a basis of {self.basis.n} functions: "
+                f"the first axis must be {self.basis.n}"
+            )
+        object.__setattr__(self, "control_points", controls)
+
+    @property
+    def degree(self) -> int:
+        return self.basis.degree
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return self.basis.domain
+
+    def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
+        """The nu-th derivative at t: shape t.shape + control_points.shape[1:].
+
+        Raises InputError outside the domain unless `extrapolate`: then a periodic spline goes
+        round and a clamped one continues its end pieces.
+        """
+        t = np.asarray(t, dtype=float)
+        if nu < 0:
+            raise InputError(f"derivative order {nu}: must be 0 or more")
+        if not np.isfinite(t).all():
+            raise InputError("parameters must be finite")
+        if not extrapolate:
+            self.basis.spans(t)
+        if nu > self.degree:
+            return np.zeros(t.shape + self.control_points.shape[1:])
+        return self._scipy(t, nu)
+
+    @cached_property
+    def _scipy(self) -> BSpline:
+        controls, p = self.control_points, self.degree
+        if self.basis.periodic:
+            controls = np.concatenate([controls, controls[:p]])
+        return BSpline(self.basis.knots, controls, p, extrapolate="periodic" if self.basis.periodic else True)
+
+    def clamped(self) -> "Spline":
+        """The same function over its domain on a clamped knot vector."""
+        if not self.basis.periodic:
+            return self
+        a, b = self.domain
+        p = self.degree
+        inner = self.basis.knots[(self.basis.knots > a) & (self.basis.knots < b)]
+        target = BSplineBasis(np.concatenate([np.full(p + 1, a), inner, np.full(p + 1, b)]), p)
+        opened = Spline(
+            BSplineBasis(self.basis.knots, p), np.concatenate([self.control_points, self.control_points[:p]])
+        )
+        return Spline(target, _blossom(opened, _windows(target, p), _piece(target, opened.basis)))
+
+    def refined(self, new_knots) -> "Spline":
+        """The same function with knots inserted (Oslo algorithm: a control is the blossom of its knots)."""
+        target = self.basis.with_knots(new_knots)
+        return Spline(target, _blossom(self, _windows(target, self.degree), _piece(target, self.basis)))
+
+    def elevated(self, times: int = 1) -> "Spline":
+        """The same function with the degree raised: the new blossom averages the old one over its arguments."""
+        spline = self
+        for _ in range(times):
+            p = spline.degree + 1
+            target = spline.basis.elevated()
+            arguments, piece = _windows(target, p), _piece(target, spline.basis)
+            parts = [_blossom(spline, np.delete(arguments, i, axis=1), piece) for i in range(p)]
+            spline = Spline(target, np.mean(parts, axis=0))
+        return spline
+
+
+def _windows(basis: BSplineBasis, length: int) -> np.ndarray:
+    """(n, length) the knots strictly inside the support of each function: its control's blossom arguments."""
+    if length == 0:
+        return np.empty((basis.n, 0))
+    return np.lib.stride_tricks.sliding_window_view(basis.knots[1:-1], length)[: basis.n]
+
+
+def _piece(target: BSplineBasis, source: BSplineBasis) -> np.ndarray:
+    """(n,) a span of `source` inside the support of each target function: any one has the blossom wanted."""
+    k = np.arange(target.n)
+    left, right = target.knots[k], target.knots[k + target.degree + 1]
+    # The support may be made of several spans; its widest step holds no knot of the source inside.
+    steps = np.lib.stride_tricks.sliding_window_view(target.knots, target.degree + 2)[: target.n]
+    widest = np.argmax(np.diff(steps, axis=1), axis=1)
+    middle = 0.5 * (steps[k, widest] + steps[k, widest + 1])
+    return source.spans(np.clip(middle, left, right))
+
+
+def _blossom(spline: Spline, arguments: np.ndarray, span: np.ndarray) -> np.ndarray:
+    """The blossom of the polynomial pieces `span` (N,) at `arguments` (N, p): de Boor, one argument a step."""
+    p, knots = spline.degree, spline.basis.knots
+    controls = spline.control_points
+    points = controls[span[:, None] + np.arange(-p, 1)]
+    tail = (1,) * (controls.ndim - 1)
+    for r in range(p):
+        left = knots[span[:, None] + np.arange(r + 1 - p, 1)]
+        right = knots[span[:, None] + np.arange(1, p - r + 1)]
+        share = ((arguments[:, r, None] - left) / (right - left)).reshape(left.shape + tail)
+        points = (1 - share) * points[:, :-1] + share * points[:, 1:]
+    return points[:, 0]
