@@ -3,7 +3,7 @@
 from symmotion.design import affine_program
 from symmotion.energies import Energy, Jet, JetEnergy, Rigidity, TrajectoryEnergy
 from symmotion.errors import InputError, SolveError
-from symmotion.motions import Affine, AffineMotion, Keyframes
+from symmotion.motions import Affine, AffineMotion, Keyframes, examples
 from symmotion.program import Certificate, Program
 from symmotion.solvers import Comparison, Elimination, ExactNewton, Ipopt, Solution, Status, compare
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, least_squares
@@ -34,5 +34,6 @@ __all__ = [
     "affine_program",
     "compare",
     "cubic_interpolant",
+    "examples",
     "least_squares",
 ]

@@ -30,7 +30,11 @@ class Certificate:
 
     def holds(self, tolerance: float) -> bool:
         """Whether the first-order conditions hold to a tolerance."""
-        return self.stationarity <= tolerance * self.scale and self.violation <= tolerance * self.size
+        return bool(
+            np.isfinite(self.objective)
+            and self.stationarity <= tolerance * self.scale
+            and self.violation <= tolerance * self.size
+        )
 
 
 def system_of(program: Program, evaluator: Evaluator, x: np.ndarray) -> Condensed | Saddle:

@@ -64,7 +64,7 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     z = ca.SX.sym("z", base.size1_in(0))
     data = ca.SX.sym("data", base.size1_in(1))
     out = base(z, data)
-    mu = ca.SX.sym("mu", z.numel() if kind == "line" else out.numel())
+    mu = ca.SX.sym("mu", out.numel())
     theta = ca.SX.sym("theta")
     phi = ca.sumsqr(out) if squares else ca.dot(mu, out)
     if kind == "out":
@@ -83,6 +83,7 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     elif kind == "jacobian":
         result = ca.vec(ca.densify(ca.jacobian(out, z)).T)
     elif kind == "line":
+        mu = ca.SX.sym("mu", z.numel())
         first = ca.jtimes(out, z, mu)
         second = ca.jtimes(first, z, mu) / 2
         if squares:

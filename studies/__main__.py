@@ -1,0 +1,205 @@
+"""python -m studies: run the studies into one report."""
+
+import argparse
+import pkgutil
+import sys
+import traceback
+from collections.abc import Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, wait
+from dataclasses import replace
+from functools import partial
+from importlib import import_module
+from multiprocessing import get_context
+from pathlib import Path
+from queue import Queue
+from time import perf_counter
+from typing import NoReturn
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+import studies
+from symmotion.errors import InputError
+from symmotion.report import Study, StudyOptions, StudyRecord, require_writable, write_report
+
+PROGRAM = "python -m studies"
+EXAMPLE = """\
+examples:
+  python -m studies                                     all of them, in minutes, into report/
+  python -m studies solvers --full -o paper --jobs 2    one in its long form, into paper/
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run studies as the arguments say; 0, or 1 where a study failed, or 2 for bad input."""
+    options = _parser().parse_args(arguments)
+    try:
+        chosen = choose(discover(), options.names)
+        if options.list:
+            width = max((len(s.name) for s in chosen), default=0)
+            for s in chosen:
+                print(f"{s.name:{width}}  {s.question}")
+            return 0
+        if options.jobs < 1:
+            raise InputError(f"--jobs {options.jobs}: 1 or more is needed")
+        if options.data is not None and not options.data.is_file():
+            raise InputError(f"--data {options.data}: there is no such file")
+        require_writable(options.output)
+        records = run_all(chosen, StudyOptions(options.full, options.data), options.jobs)
+        form = "long" if options.full else "quick"
+        page = write_report(records, options.output, "symmotion: studies", f"The studies in their {form} form.")
+    except InputError as error:
+        print(f"{PROGRAM}: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f"{PROGRAM}: interrupted, no report", file=sys.stderr)
+        return 130
+    for record in records:
+        print(record.traceback, end="", file=sys.stderr)
+    _summarise(records)
+    print(f"report: {page}")
+    return 1 if any(record.status == "failed" for record in records) else 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog=PROGRAM,
+        description="Run studies and write one report, index.html and report.json.",
+        epilog=EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help="studies to run; all when left out")
+    parser.add_argument("--full", action="store_true", help="the long form, with the figures a paper would print")
+    parser.add_argument("--list", action="store_true", help="list the studies and their questions, and run none")
+    parser.add_argument("-o", "--output", type=Path, default=Path("report"), metavar="DIR", help="default: report")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="studies run at the same time (default: 1)")
+    parser.add_argument("--data", type=Path, metavar="FILE", help="recorded keyframes for the studies that use them")
+    return parser
+
+
+def discover() -> list[Study]:
+    """The STUDY of every module in this folder that has one, in the order they run."""
+    names = [m.name for m in pkgutil.iter_modules(studies.__path__) if m.name != "__main__"]
+    found = [getattr(import_module(f"studies.{name}"), "STUDY", None) for name in names]
+    return sorted((s for s in found if isinstance(s, Study)), key=lambda s: (s.order, s.name))
+
+
+def choose(found: Sequence[Study], names: Sequence[str]) -> list[Study]:
+    """The studies of these names, all for none; InputError says which exist."""
+    known = [s.name for s in found]
+    for name in names:
+        if name not in known:
+            raise InputError(f"no study {name!r}; there are {', '.join(known) or 'none'}")
+    return [s for s in found if not names or s.name in names]
+
+
+def run_study(study: Study, options: StudyOptions) -> StudyRecord:
+    """The record of one study; an exception in it becomes the record's error."""
+    began = perf_counter()
+    result, error, trace = None, "", ""
+    try:
+        result = study.run(options)
+    except Exception as exception:
+        error = _one_line(exception)
+        # Bad input is the user's to mend: where in the code it was noticed does not help.
+        trace = "" if isinstance(exception, InputError) else traceback.format_exc()
+    return StudyRecord(study.name, study.question, study.source, perf_counter() - began, result, error, trace)
+
+
+def run_all(chosen: Sequence[Study], options: StudyOptions, jobs: int) -> list[StudyRecord]:
+    """The records of studies in their order, run one after the other or in `jobs` processes, with progress on stderr."""
+    columns = (BarColumn(20), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
+    with Progress(*columns, console=Console(stderr=True)) as bars:
+        display = _Display(bars, len(chosen))
+        if jobs > 1:
+            return _run_parallel(chosen, options, min(jobs, len(chosen) or 1), display)
+        records = []
+        for study in chosen:
+            report = partial(display.step, study.name)
+            report("started")
+            records.append(run_study(study, replace(options, progress=report)))
+            display.finish(records[-1])
+        return records
+
+
+def _run_parallel(
+    chosen: Sequence[Study], options: StudyOptions, jobs: int, display: "_Display"
+) -> list[StudyRecord]:
+    # Spawned, because CasADi and BLAS threads do not survive a fork.
+    context = get_context("spawn")
+    records, began = {}, perf_counter()
+    with context.Manager() as manager, ProcessPoolExecutor(jobs, mp_context=context) as pool:
+        steps = manager.Queue()
+        studies_of = {pool.submit(_run_reporting, study, options, steps): study for study in chosen}
+        pending = set(studies_of)
+        while pending:
+            finished, pending = wait(pending, timeout=0.2)
+            while not steps.empty():
+                display.step(*steps.get())
+            for future in finished:
+                record = _record(future, studies_of[future], perf_counter() - began)
+                records[record.name] = record
+                display.finish(record)
+    return [records[study.name] for study in chosen]
+
+
+def _run_reporting(study: Study, options: StudyOptions, steps: Queue) -> StudyRecord:
+    def report(step: str) -> None:
+        steps.put((study.name, step))
+
+    report("started")
+    return run_study(study, replace(options, progress=report))
+
+
+def _record(future: Future, study: Study, seconds: float) -> StudyRecord:
+    """What a worker returned, or a failure where the worker itself broke down."""
+    exception = future.exception()
+    if exception is None:
+        return future.result()
+    return StudyRecord(study.name, study.question, study.source, seconds, None, _one_line(exception))
+
+
+def _one_line(exception: BaseException) -> str:
+    return " ".join(f"{type(exception).__name__}: {exception}".split())
+
+
+class _Display:
+    """Progress: studies done of all, and a line for each that is running with its current step."""
+
+    def __init__(self, bars: Progress, count: int):
+        self._bars = bars
+        self._total = bars.add_task("studies", total=count)
+        self._running: dict[str, TaskID] = {}
+
+    def step(self, name: str, step: str) -> None:
+        if name not in self._running:
+            self._running[name] = self._bars.add_task(name, total=None)
+        self._bars.update(self._running[name], description=f"{name}: {step}")
+
+    def finish(self, record: StudyRecord) -> None:
+        if record.name in self._running:
+            self._bars.remove_task(self._running.pop(record.name))
+        self._bars.advance(self._total)
+        # Also what a log file shows of the progress, where there is no terminal for bars.
+        self._bars.console.print(f"{record.name}: {record.status}, {record.seconds:.1f} s", highlight=False)
+
+
+def _summarise(records: Sequence[StudyRecord]) -> None:
+    table = Table("study", "status")
+    table.add_column("certified", justify="right")
+    table.add_column("seconds", justify="right")
+    for r in records:
+        runs = f"{r.result.certified} of {len(r.result.runs)}" if r.result and r.result.runs else "–"
+        table.add_row(r.name, escape(f"{r.status} {r.error}".strip()), runs, f"{r.seconds:.1f}")
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

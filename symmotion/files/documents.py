@@ -1,0 +1,53 @@
+"""JSON documents: objects with the entries expected, and lists of numbers as arrays."""
+
+import json
+from collections.abc import Sequence
+from typing import Any, TextIO
+
+import numpy as np
+
+from symmotion.errors import InputError
+
+
+def read_object(path, handle: TextIO) -> dict[str, Any]:
+    """The JSON object in a file, its numbers as floats."""
+    try:
+        document = json.load(handle, parse_int=float)
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}, line {error.lineno}, column {error.colno}: {error.msg}") from None
+    except RecursionError:
+        raise InputError(f"{path}: its lists are nested too deeply") from None
+    if not isinstance(document, dict):
+        raise InputError(f"{path}: a JSON object, {{…}}, is needed")
+    return document
+
+
+def require_entries(path, document: dict[str, Any], needed: Sequence[str], optional: Sequence[str] = ()) -> None:
+    """Raise InputError unless all `needed` entries are there and none is unknown, since that may be one misspelt."""
+    missing = [name for name in needed if name not in document]
+    unknown = [name for name in document if name not in (*needed, *optional)]
+    if missing or unknown:
+        faults = [f"{word} {', '.join(names)}" for word, names in (("missing", missing), ("unknown", unknown)) if names]
+        raise InputError(f"{path}: {'; '.join(faults)} (the entries are {', '.join((*needed, *optional))})")
+
+
+def read_list(where: str, value: Any) -> np.ndarray:
+    """A JSON list of M numbers, or of M nested lists of one shape, as (M, …); InputError names the item at fault."""
+    if not isinstance(value, list) or not value:
+        raise InputError(f"{where}: a list is needed")
+    shape = np.shape(_floats(f"{where}[0]", value[0]))
+    return np.array([_floats(f"{where}[{i}]", item, shape) for i, item in enumerate(value)])
+
+
+def _floats(where: str, value: Any, shape: tuple[int, ...] | None = None) -> np.ndarray:
+    try:
+        numbers = np.array(value)
+    except ValueError:
+        numbers = None
+    if numbers is None or numbers.dtype != float:
+        raise InputError(f"{where}: numbers are needed, in lists of equal lengths")
+    if not np.isfinite(numbers).all():
+        raise InputError(f"{where}: a number is not finite")
+    if shape is not None and numbers.shape != shape:
+        raise InputError(f"{where}: shape {numbers.shape} where {shape} is needed")
+    return numbers

@@ -1,0 +1,176 @@
+"""Keyframes and motions out of files."""
+
+import os
+import stat
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import NamedTuple, TextIO
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from symmotion.errors import InputError
+from symmotion.files import formats
+from symmotion.files.documents import read_list, read_object, require_entries
+from symmotion.files.formats import FilePath
+from symmotion.files.tables import Columns, Rows, choose_columns, csv_rows, plain_rows, read_numbers
+from symmotion.motions import AffineMotion, Keyframes
+from symmotion.splines import BSplineBasis
+
+LARGEST = 512 * 2**20
+NORM_TOLERANCE = 1e-3
+
+
+class _Positions(NamedTuple):
+    """What a file says, M times: times (M,) if it has them, each with its place for messages, and A (M, d, d), v (M, d)."""
+
+    times: np.ndarray | None
+    places: Sequence[str]
+    linear: np.ndarray
+    translation: np.ndarray | None
+
+
+def read_keyframes(
+    path: FilePath, format: str | None = None, times: ArrayLike | None = None, delimiter: str | None = None
+) -> Keyframes:
+    """Keyframes from a file of at most 512 MB, in the format that its ending names unless one is given.
+
+    tum: lines `t tx ty tz qx qy qz qw`; kitti: lines of 12 numbers, the 3 × 4 matrices [A v]
+    row by row; txt: tum or kitti, as the first line has columns; `#` begins a comment.
+    csv: the first line names the columns, in any order and case:
+        time `t`, `time` or `timestamp`, or none;
+        translation `x y z`, `tx ty tz` or `v1 v2 v3`, in 2D without the third, or none for 0;
+        linear part `qx qy qz qw`, `theta` (2D, rad), `a11 a12 a21 a22` or `a11 a12 … a33`;
+        columns of other names are ignored.
+    json: an object with `linear` (M, d, d) and optionally `times` (M,) and `translation` (M, d).
+
+    Quaternions are scalar-last in files, with norm 1 within 1e-3. times: (M,), in place of the
+    file's; 0, 1, 2, … where neither are given. delimiter: the character between columns; when
+    left out, whitespace, and in csv what the first line shows.
+
+    Raises InputError that names the file and the line, or JSON entry, at fault.
+    """
+    chosen = formats.format_of(path, format, (*formats.FORMATS, "txt"))
+    if delimiter is not None and len(delimiter) != 1:
+        raise InputError(f"delimiter {delimiter!r}: one character is needed")
+    with _readable(path) as handle:
+        if chosen == "json":
+            positions = _read_json(path, handle)
+        elif chosen == "csv":
+            rows = csv_rows(path, handle, delimiter)
+            line, header = next(rows, (1, []))
+            names = [name.strip().lower() for name in header]
+            positions = _read_table(path, f"line {line}", names, rows)
+        else:
+            names = _plain_columns(path, handle, chosen, delimiter)
+            positions = _read_table(path, "", names, plain_rows(handle, delimiter))
+    if times is None:
+        times = np.arange(len(positions.linear)) if positions.times is None else positions.times
+        _require_increasing(path, times, positions.places)
+    try:
+        return Keyframes(times, positions.linear, positions.translation)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def read_motion(path: FilePath) -> AffineMotion:
+    """The motion that `write_motion` wrote to a .json file; InputError names the file and the entry at fault."""
+    with _readable(path) as handle:
+        document = read_object(path, handle)
+    for name, needed in formats.MOTION.items():
+        if document.get(name) != needed:
+            raise InputError(f"{path}: {name} is {document.get(name)!r:.40}: {needed!r} is needed for a motion")
+    require_entries(path, document, (*formats.MOTION, *formats.MOTION_ENTRIES))
+    if not isinstance(document["periodic"], bool):
+        raise InputError(f"{path}, periodic: true or false is needed")
+    degree = document["degree"]
+    if not isinstance(degree, float) or not degree.is_integer():
+        raise InputError(f"{path}, degree: a whole number is needed")
+    knots, linear, translation = (
+        read_list(f"{path}, {name}", document[name]) for name in ("knots", "linear", "translation")
+    )
+    try:
+        return AffineMotion(BSplineBasis(knots, int(degree), document["periodic"]), linear, translation)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+@contextmanager
+def _readable(path: FilePath) -> Iterator[TextIO]:
+    """A handle for reading UTF-8 text; what is wrong with the file as such becomes an InputError."""
+    try:
+        status = os.stat(path)
+        if not stat.S_ISREG(status.st_mode):
+            raise InputError(f"{path}: is a directory or a device; name a file")
+        if status.st_size == 0:
+            raise InputError(f"{path}: is empty")
+        if status.st_size > LARGEST:
+            raise InputError(f"{path}: has {status.st_size / 2**20:.0f} MB; split it into files of at most 512 MB")
+        with open(path, encoding="utf-8-sig") as handle:
+            yield handle
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}; check its name and permissions") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is not UTF-8 text ({error.reason}); save it as UTF-8") from error
+
+
+def _read_json(path: FilePath, handle: TextIO) -> _Positions:
+    document = read_object(path, handle)
+    require_entries(path, document, ["linear"], ["times", "translation"])
+    linear, times, translation = (
+        read_list(f"{path}, {name}", document[name]) if name in document else None
+        for name in ("linear", "times", "translation")
+    )
+    places = [f"times[{i}]" for i in range(0 if times is None else len(times))]
+    return _Positions(times, places, linear, translation)
+
+
+def _plain_columns(path: FilePath, handle: TextIO, format: str, delimiter: str | None) -> Columns:
+    """The columns of a tum or kitti file, told apart by the first line where the format is txt."""
+    if format != "txt":
+        return formats.TUM if format == "tum" else formats.KITTI
+    line, first = next(plain_rows(handle, delimiter), (1, []))
+    handle.seek(0)
+    for columns in (formats.TUM, formats.KITTI):
+        if len(columns) == len(first):
+            return columns
+    raise InputError(f"{path}, line {line}: {len(first)} columns; 8 make it tum and 12 kitti, else give the format")
+
+
+def _read_table(path: FilePath, header_place: str, names: Columns, rows: Rows) -> _Positions:
+    where = f"{path}, {header_place}"
+    linear = choose_columns(
+        where, names, "linear part", [formats.QUATERNION, formats.ANGLE, *formats.MATRICES.values()]
+    )
+    d = 2 if linear in (formats.ANGLE, formats.MATRICES[2]) else 3
+    cut = [group[:d] for group in formats.TRANSLATIONS]
+    translation = choose_columns(where, names, "translation", [*cut, ()], formats.TRANSLATIONS)
+    time = choose_columns(where, names, "time", [*formats.TIMES, ()])
+
+    columns = [names.index(name) for name in (*time, *translation, *linear)]
+    numbers, places = read_numbers(path, rows, columns, len(names))
+    t, v, a = np.split(numbers, np.cumsum([len(time), len(translation)]), axis=1)
+    if linear == formats.QUATERNION:
+        a = _rotations(path, places, a)
+    elif linear == formats.ANGLE:
+        a = np.hstack([np.cos(a), -np.sin(a), np.sin(a), np.cos(a)])
+    return _Positions(t[:, 0] if time else None, places, a.reshape(-1, d, d), v if translation else None)
+
+
+def _rotations(path: FilePath, places: Sequence[str], quaternions: np.ndarray) -> np.ndarray:
+    """(M, 3, 3) matrices of scalar-last quaternions (M, 4), normalised; InputError where the norm is far from 1."""
+    norms = np.linalg.norm(quaternions, axis=1)
+    wrong = np.abs(norms - 1) > NORM_TOLERANCE
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        raise InputError(f"{path}, {places[i]}: a quaternion of norm {norms[i]:.6g}: unit quaternions are needed")
+    return Rotation.from_quat(quaternions).as_matrix()
+
+
+def _require_increasing(path: FilePath, times: np.ndarray, places: Sequence[str]) -> None:
+    wrong = np.diff(times) <= 0
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        how = "repeats" if times[i + 1] == times[i] else "comes before"
+        raise InputError(f"{path}, {places[i + 1]}: time {times[i + 1]} {how} that of {places[i]}: times must increase")

@@ -1,0 +1,74 @@
+"""Text tables: rows that know their line, and named columns."""
+
+import csv
+from array import array
+from collections.abc import Iterator, Sequence
+from math import isfinite
+from textwrap import shorten
+from typing import TextIO
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.files.formats import FilePath
+
+Rows = Iterator[tuple[int, list[str]]]  # the number of the line and its fields
+Columns = Sequence[str]
+
+
+def plain_rows(handle: TextIO, delimiter: str | None) -> Rows:
+    """Every line that is not blank or a `#` comment, split at the delimiter or, without one, at whitespace."""
+    for number, line in enumerate(handle, 1):
+        if content := line.partition("#")[0].strip():
+            yield number, content.split(delimiter)
+
+
+def csv_rows(path: FilePath, handle: TextIO, delimiter: str | None) -> Rows:
+    """Every row; without a delimiter, of comma, semicolon and tab the one that the first line has most of."""
+    delimiter = delimiter or max(",;\t", key=handle.readline().count)
+    handle.seek(0)
+    reader = csv.reader(handle, delimiter=delimiter)
+    try:
+        for row in reader:
+            if row:
+                yield reader.line_num, row
+    except csv.Error as error:
+        raise InputError(f"{path}, line {reader.line_num}: {error}") from None
+
+
+def choose_columns(
+    where: str, header: Columns, what: str, groups: Sequence[Columns], family: Sequence[Columns] = ()
+) -> Columns:
+    """The one of `groups` that the header has; InputError if it has another column of them, or of `family`, too."""
+    known = {name for group in (*groups, *family) for name in group}
+    present = [name for name in header if name in known]
+    for group in groups:
+        if sorted(group) == sorted(present):
+            return group
+    raise InputError(
+        f"{where}: of the columns ({shorten(', '.join(header), 200, placeholder=' …')}) "
+        f"{', '.join(present) or 'none'} would be the {what}: "
+        f"it takes exactly {', or '.join(' '.join(group) or 'none' for group in groups)}"
+    )
+
+
+def read_numbers(path: FilePath, rows: Rows, columns: Sequence[int], width: int) -> tuple[np.ndarray, list[str]]:
+    """The chosen columns of all rows, each `width` fields long, as (M, C), and where each row is ("line 17")."""
+    numbers, places = array("d"), []
+    for line, fields in rows:
+        place = f"line {line}"
+        if len(fields) != width:
+            raise InputError(f"{path}, {place}: {len(fields)} columns where {width} are needed")
+        numbers.extend(_number(path, place, fields[column]) for column in columns)
+        places.append(place)
+    return np.array(numbers).reshape(-1, len(columns)), places
+
+
+def _number(path: FilePath, place: str, field: str) -> float:
+    try:
+        number = float(field)
+    except ValueError:
+        raise InputError(f"{path}, {place}: {field[:40]!r} is not a number") from None
+    if not isfinite(number):
+        raise InputError(f"{path}, {place}: {field[:40]!r} is not finite")
+    return number

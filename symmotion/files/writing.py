@@ -1,0 +1,136 @@
+"""Keyframes and motions into files."""
+
+import csv
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symmotion.errors import InputError
+from symmotion.files import formats
+from symmotion.files.formats import FilePath
+from symmotion.files.whole import whole_file
+from symmotion.motions import AffineMotion, Keyframes, as_rotations
+from symmotion.splines import check_times
+
+DEFAULT_SAMPLES = 200
+MOST_SAMPLES = 10**7
+RIGID_TOLERANCE = 1e-6
+SINGULAR_TOLERANCE = 1e-12
+
+
+def write_keyframes(keyframes: Keyframes, path: FilePath, format: str | None = None) -> None:
+    """Write a file that `read_keyframes` reads, in the format that its ending names unless one is given.
+
+    csv: columns t, a11 …, v1 …; json: the object of arrays; kitti: 3D, and times 0, 1, 2, …
+    only, since it has none; tum: rotations only. Numbers come back exactly, from tum the
+    rotations up to rounding. The file appears whole or not at all.
+
+    Raises InputError for keyframes that the format cannot hold and a path that cannot be written.
+    """
+    chosen = formats.format_of(path, format, formats.FORMATS)
+    times, linear, translation = keyframes.times, keyframes.linear, keyframes.translation
+    m, d = len(keyframes), keyframes.dimension
+    if chosen == "json":
+        _write_json(path, {"times": times, "linear": linear, "translation": translation})
+    elif chosen == "csv":
+        header = ("t", *formats.MATRICES[d], *formats.TRANSLATIONS[-1][:d])
+        _write_table(path, [header], np.column_stack([times, linear.reshape(m, -1), translation]), ",")
+    elif chosen == "kitti":
+        if d != 3:
+            raise InputError(f"{path}: kitti holds 3D keyframes; write csv or json")
+        if (times != np.arange(m)).any():
+            raise InputError(f"{path}: kitti has no times, and these are not 0, 1, 2, …; write csv or json")
+        _write_table(path, [], np.concatenate([linear, translation[:, :, None]], axis=2).reshape(m, 12), " ")
+    else:
+        try:
+            quaternions = as_rotations(linear).as_quat()
+        except InputError as error:
+            raise InputError(f"{path}: tum holds rigid 3D keyframes: {error}; write csv or json") from None
+        _write_table(path, [("#", *formats.TUM)], np.column_stack([times, translation, quaternions]), " ")
+
+
+def write_motion(
+    motion: AffineMotion,
+    path: FilePath,
+    times: ArrayLike | None = None,
+    rate: float | None = None,
+    orthonormalise: bool = False,
+) -> None:
+    """Write a motion exactly (.json, for `read_motion`) or sampled (.csv, .tum, for `read_keyframes`).
+
+    times: (N,) increasing, N ≥ 2, of the samples; or rate: samples per unit of time from the
+    start of the domain on; 200 samples from end to end when both are left out.
+    orthonormalise: in .tum write the closest rotation of each sample, rigid or not.
+
+    Raises InputError that names the time of a sample that is singular or reflected or, unless
+    `orthonormalise`, further than 1e-6 from rigid (.tum), and for a path that cannot be written.
+    """
+    chosen = formats.format_of(path, None, ("json", "csv", "tum"))
+    if chosen == "json" and not (times is None and rate is None):
+        raise InputError(f"{path}: json holds the exact motion: times and rate go with csv and tum")
+    if chosen != "tum" and orthonormalise:
+        raise InputError(f"{path}: {chosen} holds the motion as it is: orthonormalise goes with tum")
+    if chosen == "json":
+        _write_motion_json(motion, path)
+        return
+    sample_times = _sample_times(motion, times, rate)
+    samples = Keyframes(sample_times, *motion(sample_times))
+    if chosen == "tum":
+        rotations = _closest_rotations(path, samples, None if orthonormalise else RIGID_TOLERANCE)
+        samples = Keyframes(samples.times, rotations, samples.translation)
+    write_keyframes(samples, path)
+
+
+def _write_motion_json(motion: AffineMotion, path: FilePath) -> None:
+    finite = np.isfinite(motion.spline.control_points).all(axis=1)
+    if not finite.all():
+        raise InputError(f"{path}: control {int(np.argmin(finite))} of the motion is not finite")
+    basis = motion.basis
+    entries = (basis.degree, basis.periodic, basis.knots, motion.linear, motion.translation)
+    _write_json(path, {**formats.MOTION, **dict(zip(formats.MOTION_ENTRIES, entries, strict=True))})
+
+
+def _sample_times(motion: AffineMotion, times: ArrayLike | None, rate: float | None) -> np.ndarray:
+    a, b = motion.domain
+    if times is not None and rate is not None:
+        raise InputError("times and rate are two ways to say the same: give one")
+    if times is not None:
+        return check_times(times, "sample")
+    if rate is None:
+        return np.linspace(a, b, DEFAULT_SAMPLES)
+    steps = (b - a) * rate
+    if not 1 <= steps <= MOST_SAMPLES:
+        raise InputError(f"rate {rate:g} makes {steps:.3g} steps over the motion: 1 to {MOST_SAMPLES:g} can be written")
+    # Rounding must neither drop an end that is a whole number of steps away nor go beyond it.
+    return np.minimum(a + np.arange(int(steps * (1 + 1e-12)) + 1) / rate, b)
+
+
+def _closest_rotations(path: FilePath, samples: Keyframes, tolerance: float | None) -> np.ndarray:
+    """The orthogonal polar factors (N, d, d) of all samples; InputError where one is no rotation or, with a
+    tolerance, further away than that."""
+    left, sizes, right = np.linalg.svd(samples.linear)
+    rotations = left @ right
+    far = np.abs(sizes - 1).max(axis=1) > (np.inf if tolerance is None else tolerance)
+    for fault, wrong, remedy in (
+        ("singular", sizes[:, -1] <= SINGULAR_TOLERANCE * sizes[:, 0], ""),
+        ("reflected", np.linalg.det(rotations) < 0, ""),
+        ("not rigid", far, "orthonormalise, or "),
+    ):
+        if wrong.any():
+            time = samples.times[np.argmax(wrong)]
+            raise InputError(f"{path}: the motion is {fault} at time {time}: {remedy}write csv or json")
+    return rotations
+
+
+def _write_table(path: FilePath, header: Sequence[Sequence[str]], values: np.ndarray, delimiter: str) -> None:
+    with whole_file(path) as handle:
+        writer = csv.writer(handle, delimiter=delimiter, lineterminator="\n")
+        writer.writerows([*header, *values.tolist()])
+
+
+def _write_json(path: FilePath, document: dict[str, Any]) -> None:
+    with whole_file(path) as handle:
+        handle.write(json.dumps(document, default=np.ndarray.tolist) + "\n")

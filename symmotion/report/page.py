@@ -1,0 +1,162 @@
+"""The report: a page to read, the same as JSON, and the figures as files."""
+
+import json
+import math
+import os
+import platform
+import re
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict
+from datetime import datetime
+from importlib import metadata, resources
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup, escape
+
+from symmotion.errors import InputError
+from symmotion.files import whole_file
+from symmotion.report.values import Cell, Figure, Run, StudyRecord, require_distinct
+
+SCHEMA = 1
+
+
+def write_report(records: Sequence[StudyRecord], directory: Path | str, title: str = "symmotion", intro: str = "") -> Path:
+    """Write index.html, report.json and figures/ into a directory, made where it is missing; returns the page's path.
+
+    intro: plain text, blank lines between paragraphs. Raises InputError where it cannot write.
+    """
+    directory = Path(directory)
+    require_distinct("studies", (record.name for record in records))
+    require_writable(directory)
+    document = report_document(records)
+    files = {directory / path: figure.svg for path, figure in _figures(records).items()}
+    files[directory / "report.json"] = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+    files[directory / "index.html"] = _page(records, document, title, intro)
+    for path, text in files.items():
+        with whole_file(path) as file:
+            file.write(text)
+    return directory / "index.html"
+
+
+def require_writable(directory: Path) -> None:
+    """Raise InputError unless a report can be written into a directory; makes it where it is missing."""
+    try:
+        for folder in (directory, directory / "figures"):
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+    except OSError as error:
+        raise InputError(f"{directory}: cannot write a report there ({error.strerror}); choose another directory") from error
+
+
+def report_document(records: Sequence[StudyRecord]) -> dict[str, Any]:
+    """The content of report.json; numbers in full, None for what is missing or not finite."""
+    return _finite(
+        {
+            "schema": SCHEMA,
+            "symmotion": _version("symmotion"),
+            "created": datetime.now().astimezone().isoformat(timespec="seconds"),
+            "environment": _environment(),
+            "studies": [_study(record) for record in records],
+        }
+    )
+
+
+def _study(record: StudyRecord) -> dict[str, Any]:
+    result = record.result
+    return {
+        "name": record.name,
+        "question": record.question,
+        "source": record.source,
+        "status": record.status,
+        "error": record.error or None,
+        "seconds": record.seconds,
+        "conclusion": result.conclusion if result else None,
+        "notes": list(result.notes) if result else [],
+        "figures": list(_figures([record])),
+        "tables": [asdict(table) for table in result.tables] if result else [],
+        "runs": [_run(run) for run in result.runs] if result else [],
+    }
+
+
+def _run(run: Run) -> dict[str, Any]:
+    return {key: value for key, value in asdict(run).items() if key not in ("log", "message")}
+
+
+def _figures(records: Sequence[StudyRecord]) -> dict[str, Figure]:
+    """The figures of all studies by their path in the report."""
+    return {f"figures/{r.name}-{f.name}.svg": f for r in records if r.result for f in r.result.figures}
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(v) for key, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _environment() -> dict[str, Any]:
+    return {
+        "python": platform.python_version(),
+        **{name: _version(name) for name in ("casadi", "numpy", "scipy", "matplotlib")},
+        "platform": platform.platform(),
+        "processor": _processor(),
+        "cpus": os.cpu_count(),
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _processor() -> str | None:
+    # platform.processor() is empty or only the architecture on Linux.
+    try:
+        named = re.search(r"^model name\s*:\s*(.+)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+    except OSError:
+        named = None
+    return named[1] if named else platform.processor() or None
+
+
+def _page(records: Sequence[StudyRecord], document: dict[str, Any], title: str, intro: str) -> str:
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    environment.filters |= {"shown": shown, "duration": duration, "inline": inline, "paragraphs": paragraphs}
+    template = resources.files("symmotion.report").joinpath("page.html.jinja").read_text(encoding="utf-8")
+    return environment.from_string(template).render(records=records, document=document, title=title, intro=intro)
+
+
+def shown(value: Cell, digits: int = 5) -> str:
+    """A table cell as a reader wants it: numbers to some significant digits, a dash for what is missing."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if not isinstance(value, float):
+        return str(value)
+    whole = 10**digits <= abs(value) < 1e9
+    return re.sub(r"e([+-])0*", lambda e: "e" + e[1].strip("+"), f"{value:.0f}" if whole else f"{value:.{digits}g}")
+
+
+def duration(seconds: float) -> str:
+    """Wall-clock time as a reader wants it."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes else f"{seconds:.1f} s"
+
+
+def paragraphs(text: str) -> list[str]:
+    """Plain text cut at its blank lines."""
+    return [part.strip() for part in re.split(r"\n\s*\n", text) if part.strip()]
+
+
+def inline(figure: Figure, prefix: str) -> Markup:
+    """A figure as an element of the page: labelled, its ids kept apart from those of other figures by a prefix."""
+    svg = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{prefix}-{figure.name}-", figure.svg)
+    label = escape(figure.alt or figure.caption)
+    return Markup(svg.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1))

@@ -1,0 +1,195 @@
+"""What a study asks and returns, as plain data that pickles: tables, figures, runs and a conclusion."""
+
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.solvers.result import Iteration, Seconds, Solution, Status
+
+Cell = str | int | float | bool | None
+
+
+@dataclass(frozen=True)
+class Column:
+    """A table column's heading and the unit of its numbers."""
+
+    name: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text, numbers, truth values or None (missing), one cell per column; NumPy scalars become plain ones."""
+
+    name: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    caption: str = ""
+
+    def __post_init__(self):
+        rows = tuple(tuple(c.item() if isinstance(c, np.generic) else c for c in row) for row in self.rows)
+        for i, row in enumerate(rows):
+            if len(row) != len(self.columns):
+                raise InputError(f"table {self.name!r}, row {i}: {len(row)} cells for {len(self.columns)} columns")
+            for cell in row:
+                if not isinstance(cell, str | int | float | None):
+                    raise InputError(f"table {self.name!r}, row {i}: a cell cannot be a {type(cell).__name__}")
+        object.__setattr__(self, "columns", tuple(self.columns))
+        object.__setattr__(self, "rows", rows)
+
+    @property
+    def numeric(self) -> tuple[bool, ...]:
+        """Per column, whether it holds numbers only, missing ones aside."""
+        cells = ([row[k] for row in self.rows if row[k] is not None] for k in range(len(self.columns)))
+        return tuple(all(isinstance(c, int | float) and not isinstance(c, bool) for c in column) for column in cells)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """An SVG as text, from `<svg` on; name: the slug that its file is called by; alt: what a blind reader is told."""
+
+    name: str
+    svg: str
+    caption: str
+    alt: str = ""
+
+    def __post_init__(self):
+        if not re.fullmatch(r"[A-Za-z0-9_-]+", self.name):
+            raise InputError(f"figure {self.name!r}: letters, digits, - and _ are needed in its name, which names a file")
+        if not self.svg.startswith("<svg"):
+            raise InputError(f"figure {self.name!r}: the text of an SVG element is needed")
+
+
+@dataclass(frozen=True)
+class Run:
+    """One solver on one case: a row of the report, also where it failed.
+
+    stationarity, violation, inertia: the certificate's; unknowns, multipliers: how many;
+    log: the iterations, for plots; message: what the solver said where it did not solve.
+    """
+
+    case: str
+    method: str
+    solver: str
+    status: str
+    objective: float | None = None
+    stationarity: float | None = None
+    violation: float | None = None
+    inertia: str = "unknown"
+    iterations: int | None = None
+    unknowns: int | None = None
+    multipliers: int | None = None
+    convergence_order: float | None = None
+    seconds: Seconds = Seconds()
+    log: tuple[Iteration, ...] = field(default=(), repr=False)
+    message: str = ""
+
+    @staticmethod
+    def of(case: str, solution: Solution) -> "Run":
+        """The row of a solution."""
+        return Run(
+            case,
+            solution.method,
+            solution.solver,
+            str(solution.status),
+            solution.objective,
+            solution.stationarity,
+            solution.violation,
+            solution.inertia,
+            solution.iterations if solution.log else None,
+            solution.program.unknowns,
+            solution.program.conditions,
+            solution.convergence_order,
+            solution.seconds,
+            solution.log,
+            solution.message,
+        )
+
+    @staticmethod
+    def failed(case: str, method: str, solver: str, status: Status | str, message: str) -> "Run":
+        """The row of a run that has no solution to show."""
+        return Run(case, method, solver, str(status), message=message)
+
+    @property
+    def certified(self) -> bool:
+        """Whether it is a strict local minimum to the solver's tolerance."""
+        return self.status == Status.SOLVED and self.inertia == "positive"
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """What a study found. conclusion: plain text, blank lines between paragraphs; notes: what to know about this run."""
+
+    tables: tuple[Table, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    runs: tuple[Run, ...] = ()
+    conclusion: str = ""
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        require_distinct("figures", (figure.name for figure in self.figures))
+
+    @property
+    def certified(self) -> int:
+        """How many of the runs are certified."""
+        return sum(run.certified for run in self.runs)
+
+
+def _silent(step: str) -> None:
+    pass
+
+
+@dataclass(frozen=True)
+class StudyOptions:
+    """How to run a study. full: the long form; data: a file of recorded data; progress: called with each step's name."""
+
+    full: bool = False
+    data: Path | None = None
+    progress: Callable[[str], None] = _silent
+
+
+@dataclass(frozen=True)
+class Study:
+    """One question and the function that answers it; studies run in increasing `order`, then by name."""
+
+    name: str
+    question: str
+    source: str
+    run: Callable[[StudyOptions], StudyResult]
+    order: int = 100
+
+
+@dataclass(frozen=True)
+class StudyRecord:
+    """A study that was run: its result, or None and the error in one line; seconds: wall-clock.
+
+    traceback: of an error that is a defect rather than bad input.
+    """
+
+    name: str
+    question: str
+    source: str
+    seconds: float
+    result: StudyResult | None
+    error: str = ""
+    traceback: str = ""
+
+    def __post_init__(self):
+        # Without a hyphen, so that "study-figure" is one figure's file and ids only.
+        if not re.fullmatch(r"[A-Za-z0-9_]+", self.name):
+            raise InputError(f"study {self.name!r}: letters, digits and _ are needed in its name")
+
+    @property
+    def status(self) -> str:
+        return "failed" if self.result is None else "ok"
+
+
+def require_distinct(what: str, names: Iterable[str]) -> None:
+    """Raise InputError that lists names where one occurs twice."""
+    names = list(names)
+    if len(set(names)) < len(names):
+        raise InputError(f"{what} of the same name: {', '.join(names)}")

@@ -1,0 +1,200 @@
+import casadi as ca
+import numpy as np
+import pytest
+from problems import KNOWN, SOLVERS, body_points, quarter_turn
+
+import symmotion as sm
+from symmotion.solvers import solver_by_name
+from symmotion.solvers.newton import first_minimum
+
+MIXED = sm.Rigidity() + 0.1 * sm.TrajectoryEnergy(body_points(3))
+
+
+@pytest.mark.parametrize("solver", SOLVERS, ids=repr)
+@pytest.mark.parametrize("known", KNOWN.values(), ids=KNOWN)
+def test_reaches_the_known_minimum(known, solver):
+    solution = solver.solve(known.program).require(1e-8)
+    assert solution.objective == pytest.approx(known.minimum, abs=5e-10 * max(1, known.minimum)), known.because
+    assert solution.inertia == "positive"
+
+
+@pytest.mark.parametrize("objective", [sm.Rigidity(), sm.Rigidity(2), MIXED], ids=lambda o: o.name)
+def test_solvers_agree_on_minimiser_and_multipliers(objective):
+    program = sm.affine_program(sm.examples.random_keyframes(6, 60, 5), objective=objective)
+    comparison = sm.compare(program, [s for s in SOLVERS if s != sm.Elimination(stages="degree")])
+    for solution in comparison.solutions:
+        solution.require(1e-8)
+        minimiser, multipliers = comparison.agreement(solution)
+        assert minimiser < 1e-6
+        assert multipliers < 1e-6
+        keyframes = solution.multipliers["keyframes"]
+        assert keyframes.linear.shape == (6, 3, 3)
+        assert keyframes.translation.shape == (6, 3)
+
+
+@pytest.mark.parametrize("objective", [sm.Rigidity(2), MIXED], ids=lambda o: o.name)
+def test_multipliers_are_minus_the_change_of_the_optimum(objective):
+    keys = sm.examples.random_keyframes(5, 50, 2)
+    program = sm.affine_program(keys, objective=objective)
+    solution = sm.ExactNewton().solve(program).require(1e-9)
+    price = solution.multipliers["keyframes"]
+    step = 1e-5
+
+    def optimum(i, entry, sign, part):
+        change = np.zeros((3, 3) if part == "linear" else 3)
+        change[entry] = sign * step
+        moved = keys.moved(i, **{part: getattr(keys, part)[i] + change})
+        return sm.ExactNewton().solve(program.with_keyframes(moved), start=solution).require(1e-8).objective
+
+    for i, entry, part in [
+        (0, (0, 1), "linear"),
+        (2, (1, 1), "linear"),
+        (4, (2, 0), "linear"),
+        (3, (1,), "translation"),
+    ]:
+        slope = (optimum(i, entry, 1, part) - optimum(i, entry, -1, part)) / (2 * step)
+        expected = -getattr(price, part)[i][entry]
+        assert slope == pytest.approx(expected, rel=1e-6, abs=1e-8)
+    if objective is not MIXED:
+        assert not price.translation.any()
+
+
+def test_convergence_is_quadratic_in_the_log():
+    solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.spatial_keyframes()))
+    r = [row.stationarity for row in solution.log if row.stationarity > 1e-12]
+    assert solution.log[-1].inertia == "positive"
+    # r_{k+1} ≤ C r_k² with one constant over the last steps, and a fast last one.
+    constants = [r[k + 1] / r[k] ** 2 for k in range(len(r) - 3, len(r) - 1)]
+    assert r[-1] < 1e-4 * r[-2]
+    assert max(constants) < 100
+    assert all(row.theta == 1.0 for row in solution.log[-3:-1])
+
+
+def test_log_and_seconds_tell_what_happened():
+    solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.random_keyframes(10, 90, 0)))
+    assert solution.iterations == len(solution.log) - 1
+    assert all(b.objective <= a.objective + 1e-12 for a, b in zip(solution.log, solution.log[1:], strict=False))
+    assert all(row.violation < 1e-12 for row in solution.log)
+    assert {row.inertia for row in solution.log} <= {None, "positive", "indefinite"}
+    s = solution.seconds
+    assert 0 < s.evaluate + s.linear <= s.solve
+    assert s.total == pytest.approx(s.build + s.compile + s.solve)
+
+
+def test_a_solve_can_start_from_another_solution_or_motion():
+    keys = sm.examples.random_keyframes(8, 60, 4)
+    program = sm.affine_program(keys)
+    first = sm.ExactNewton().solve(program)
+    again = sm.ExactNewton().solve(program, start=first)
+    assert again.iterations <= 1
+    finer = sm.affine_program(keys, refine=3)
+    from_motion = sm.ExactNewton().solve(finer, start=first.motion)
+    assert from_motion.log[0].objective == pytest.approx(first.objective, rel=1e-9)
+    assert from_motion.objective < first.objective
+    with pytest.raises(sm.InputError, match="start of shape"):
+        sm.ExactNewton().solve(program, start=np.zeros(3))
+
+
+def test_moved_keyframes_reuse_structure_and_reach_the_same_optimum():
+    keys = sm.examples.random_keyframes(8, 60, 4)
+    program = sm.affine_program(keys)
+    solution = sm.ExactNewton().solve(program)
+    moved = keys.moved(3, linear=keys.linear[3] @ keys.linear[2].T @ keys.linear[3] * 0.5 + keys.linear[3] * 0.5)
+    quick = program.with_keyframes(moved)
+    assert quick.structure is program.structure
+    warm = sm.ExactNewton().solve(quick, start=solution).require(1e-8)
+    cold = sm.ExactNewton().solve(sm.affine_program(moved)).require(1e-8)
+    assert warm.objective == pytest.approx(cold.objective, rel=1e-9)
+    for solver in (sm.Ipopt(), sm.ExactNewton(system="sparse")):
+        assert solver.solve(quick, start=solution).require(1e-8).objective == pytest.approx(cold.objective, rel=1e-9)
+
+
+def test_an_integrand_that_is_no_sum_of_squares_is_solved():
+    stretch = sm.JetEnergy(lambda jet: ca.exp(0.3 * ca.sumsqr(jet.gram_rate)), label="exponential")
+    program = sm.affine_program(sm.examples.planar_keyframes(), objective=stretch)
+    newton, ipopt = sm.ExactNewton().solve(program).require(1e-8), sm.Ipopt().solve(program).require(1e-8)
+    assert newton.objective == pytest.approx(ipopt.objective, rel=1e-9)
+
+
+def test_newton_leaves_a_saddle_point_along_negative_curvature():
+    """Turns by +180° and −180° are alike, so among motions that only scale the best one is stationary: a saddle."""
+    keys = sm.Keyframes([0.0, 1.0], [np.eye(2), -np.eye(2)])
+    program = sm.affine_program(keys, degree=3, refine=0, objective=sm.Rigidity(2))
+    stuck = sm.Elimination().solve(program)
+    assert (stuck.status, stuck.inertia) == ("solved", "indefinite")
+    with pytest.raises(sm.SolveError, match="saddle"):
+        stuck.require()
+    for solver in (sm.ExactNewton(), sm.ExactNewton(system="sparse")):
+        solution = solver.solve(program, start=stuck).require(1e-8)
+        assert solution.log[0].inertia == "indefinite"
+        assert solution.inertia == "positive"
+        assert solution.objective < 0.5 * stuck.objective
+
+
+def test_failure_is_data_and_require_raises():
+    program = sm.affine_program(sm.examples.random_keyframes(8, 140, 1), objective=sm.Rigidity(2))
+    for solver in (
+        sm.ExactNewton(max_iterations=2),
+        sm.Ipopt(max_iterations=2),
+        sm.Ipopt(max_iterations=2, derivatives="plain"),
+        sm.Elimination(max_iterations=2),
+    ):
+        solution = solver.solve(program)
+        assert solution.status == "iteration-limit"
+        assert solution.iterations == 2
+        with pytest.raises(sm.SolveError, match="iteration-limit"):
+            solution.require()
+
+
+def test_an_energy_that_is_not_a_number_is_reported():
+    energy = sm.JetEnergy(lambda jet: ca.log(-1 - ca.sumsqr(jet.dA)), label="not a number")
+    program = sm.affine_program(sm.examples.planar_keyframes(), objective=energy + sm.Rigidity())
+    solution = sm.ExactNewton().solve(program)
+    assert solution.status == "diverged"
+    assert not solution.certificate.holds(1e300)
+
+
+def test_elimination_diverges_or_stops_without_raising_where_newton_does_not():
+    program = sm.affine_program(sm.examples.random_keyframes(8, 60, 0), degree=4, refine=2, objective=sm.Rigidity(2))
+    classical = sm.Elimination().solve(program)
+    assert classical.status in set(sm.Status)
+    assert sm.ExactNewton().solve(program).require().objective <= classical.objective + 1e-12
+
+
+def test_what_a_solver_cannot_take_is_said():
+    program = sm.affine_program(sm.examples.random_keyframes(60, 40, 0), degree=5, refine=1)
+    with pytest.raises(sm.InputError, match="insert more knots"):
+        sm.Elimination().solve(program)
+    with pytest.raises(sm.InputError, match='use system="sparse"'):
+        sm.ExactNewton(system="condensed").solve(program)
+    comparison = sm.compare(program)
+    assert [s.status for s in comparison.solutions] == ["solved", "solved", "unsupported"]
+    assert "insert more knots" in str(comparison)
+    assert comparison.best in comparison.solutions[:2]
+    assert comparison.agreement(comparison.solutions[2]) is None
+    with pytest.raises(sm.InputError, match=r"damping 2\.0"):
+        sm.Elimination(damping=2.0)
+    with pytest.raises(sm.InputError, match="there are degree, knots"):
+        sm.Elimination(stages="times")  # pyright: ignore
+    with pytest.raises(sm.InputError, match="leave out start"):
+        sm.Elimination(stages="knots").solve(quarter_turn(3), start=quarter_turn(3).x0)
+
+
+def test_solver_names():
+    assert solver_by_name("newton") == sm.ExactNewton()
+    with pytest.raises(sm.InputError, match="'snopt' is unknown; there are newton"):
+        solver_by_name("snopt")
+
+
+def test_comparison_prints_a_row_per_solver():
+    text = str(sm.compare(quarter_turn(3)))
+    assert [line.split()[0] for line in text.splitlines()] == ["solver", "newton", "ipopt", "elimination"]
+    assert "0.002298006" in text
+
+
+@pytest.mark.parametrize(
+    ("quartic", "expected"),
+    [([0, -2, 1, 0, 0], 1.0), ([1, -4, 0, 0, 1], 1.0), ([0, -1, 0, 0, 0], 1.0), ([0, -1e-9, -1, 0, 1], 0.70710678)],
+)
+def test_first_minimum_of_a_quartic(quartic, expected):
+    assert first_minimum(np.array(quartic, dtype=float)) == pytest.approx(expected, rel=1e-7)
