@@ -1,8 +1,9 @@
 """symmotion: smooth motions as symbolic constrained programs."""
 
-from symmotion.design import affine_program
+from symmotion.design import affine_program, measure
 from symmotion.energies import Energy, Jet, JetEnergy, Rigidity, TrajectoryEnergy
 from symmotion.errors import InputError, SolveError
+from symmotion.files import read_keyframes, read_motion, write_keyframes, write_motion
 from symmotion.motions import Affine, AffineMotion, Keyframes, examples
 from symmotion.program import Certificate, Program
 from symmotion.solvers import Comparison, Elimination, ExactNewton, Ipopt, Solution, Status, compare
@@ -36,4 +37,9 @@ __all__ = [
     "cubic_interpolant",
     "examples",
     "least_squares",
+    "measure",
+    "read_keyframes",
+    "read_motion",
+    "write_keyframes",
+    "write_motion",
 ]

@@ -84,11 +84,10 @@ def test_energy_alone_recovers_the_natural_spline():
 
 
 def test_more_knots_never_cost_more():
-    values = []
+    values, motion = [], None
     for refine in (1, 3, 7):
         program = sm.affine_program(KEYS, refine=refine)
-        start = None if not values else motion
-        solution = sm.ExactNewton().solve(program, start=start).require()
+        solution = sm.ExactNewton().solve(program, start=motion).require()
         motion = solution.motion
         values.append(solution.objective)
     assert values[0] > values[1] > values[2]

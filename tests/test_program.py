@@ -136,7 +136,7 @@ def test_kkt_pattern_covers_the_matrix():
     evaluator = Evaluator(program)
     saddle = Saddle.of(program, lambda: evaluator.jacobian(program.x0))
     _, flat = evaluator.second_order(away(program), saddle.pattern)
-    pattern = kkt_pattern(program, evaluator.jacobian(program.x0)).toarray()
+    pattern = kkt_pattern(program).toarray()
     assert pattern.shape == (program.unknowns + program.conditions,) * 2
     assert not (saddle.matrix(flat).toarray()[~pattern] != 0).any()
     assert pattern.mean() < 0.6

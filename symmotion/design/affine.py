@@ -13,7 +13,7 @@ from scipy import sparse
 from symmotion.energies import HIGHEST_ORDER, Energy, Jet, Rigidity
 from symmotion.errors import InputError
 from symmotion.motions import Affine, AffineMotion, Keyframes
-from symmotion.program import Block, Constraint, Kernel, Program
+from symmotion.program import Block, BlockEvaluator, Constraint, Kernel, Program
 from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant, gauss
 from symmotion.splines.interpolation import require_schoenberg_whitney
 
@@ -210,6 +210,17 @@ class AffineDesign:
 
     def _restricted(self, basis: BSplineBasis) -> Program:
         return replace(self, start=represent(basis, self.start, self.keyframes.times)).program()
+
+
+def measure(motion: AffineMotion, energy: Energy) -> float:
+    """The value of an energy for a motion."""
+    controls = motion.spline.control_points
+    total = 0.0
+    for weight, part in energy.parts:
+        kernel = JetKernel.of(part, motion.dimension)
+        block = kernel.block(part.name, motion.basis, part.nodes(motion.degree), weight)
+        total += BlockEvaluator(block).value(block.rows(controls))
+    return total
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,10 @@ from typing import Any, TextIO
 import numpy as np
 
 from symmotion.errors import InputError
+from symmotion.files.formats import FilePath
 
 
-def read_object(path, handle: TextIO) -> dict[str, Any]:
+def read_object(path: FilePath, handle: TextIO) -> dict[str, Any]:
     """The JSON object in a file, its numbers as floats."""
     try:
         document = json.load(handle, parse_int=float)
@@ -22,7 +23,9 @@ def read_object(path, handle: TextIO) -> dict[str, Any]:
     return document
 
 
-def require_entries(path, document: dict[str, Any], needed: Sequence[str], optional: Sequence[str] = ()) -> None:
+def require_entries(
+    path: FilePath, document: dict[str, Any], needed: Sequence[str], optional: Sequence[str] = ()
+) -> None:
     """Raise InputError unless all `needed` entries are there and none is unknown, since that may be one misspelt."""
     missing = [name for name in needed if name not in document]
     unknown = [name for name in document if name not in (*needed, *optional)]
@@ -31,18 +34,19 @@ def require_entries(path, document: dict[str, Any], needed: Sequence[str], optio
         raise InputError(f"{path}: {'; '.join(faults)} (the entries are {', '.join((*needed, *optional))})")
 
 
-def read_list(where: str, value: Any) -> np.ndarray:
-    """A JSON list of M numbers, or of M nested lists of one shape, as (M, …); InputError names the item at fault."""
-    if not isinstance(value, list) or not value:
-        raise InputError(f"{where}: a list is needed")
-    shape = np.shape(_floats(f"{where}[0]", value[0]))
-    return np.array([_floats(f"{where}[{i}]", item, shape) for i, item in enumerate(value)])
+def read_list(path: FilePath, document: dict[str, Any], name: str) -> np.ndarray:
+    """An entry that lists M numbers, or M nested lists of one shape, as (M, …); InputError names the item at fault."""
+    items = document[name]
+    if not isinstance(items, list) or not items:
+        raise InputError(f"{path}, {name}: a list is needed")
+    shape = _floats(f"{path}, {name}[0]", items[0]).shape
+    return np.array([_floats(f"{path}, {name}[{i}]", item, shape) for i, item in enumerate(items)])
 
 
 def _floats(where: str, value: Any, shape: tuple[int, ...] | None = None) -> np.ndarray:
     try:
         numbers = np.array(value)
-    except ValueError:
+    except ValueError:  # lists of different lengths
         numbers = None
     if numbers is None or numbers.dtype != float:
         raise InputError(f"{where}: numbers are needed, in lists of equal lengths")

@@ -2,13 +2,12 @@
 
 import os
 import stat
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple, TextIO
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from symmotion.errors import InputError
 from symmotion.files import formats
@@ -23,12 +22,12 @@ NORM_TOLERANCE = 1e-3
 
 
 class _Positions(NamedTuple):
-    """What a file says, M times: times (M,) if it has them, each with its place for messages, and A (M, d, d), v (M, d)."""
+    """What a file says: A (M, d, d), v (M, d), times (M,) if it has them, and what messages call each one's place."""
 
-    times: np.ndarray | None
-    places: Sequence[str]
     linear: np.ndarray
-    translation: np.ndarray | None
+    translation: np.ndarray
+    times: np.ndarray | None
+    place: Callable[[int], str]
 
 
 def read_keyframes(
@@ -37,7 +36,7 @@ def read_keyframes(
     """Keyframes from a file of at most 512 MB, in the format that its ending names unless one is given.
 
     tum: lines `t tx ty tz qx qy qz qw`; kitti: lines of 12 numbers, the 3 × 4 matrices [A v]
-    row by row; txt: tum or kitti, as the first line has columns; `#` begins a comment.
+    row by row; txt: tum or kitti, by the number of columns; in all three `#` begins a comment.
     csv: the first line names the columns, in any order and case:
         time `t`, `time` or `timestamp`, or none;
         translation `x y z`, `tx ty tz` or `v1 v2 v3`, in 2D without the third, or none for 0;
@@ -47,7 +46,7 @@ def read_keyframes(
 
     Quaternions are scalar-last in files, with norm 1 within 1e-3. times: (M,), in place of the
     file's; 0, 1, 2, … where neither are given. delimiter: the character between columns; when
-    left out, whitespace, and in csv what the first line shows.
+    left out, whitespace, and in csv the comma, semicolon or tab that the first line has most of.
 
     Raises InputError that names the file and the line, or JSON entry, at fault.
     """
@@ -59,17 +58,16 @@ def read_keyframes(
             positions = _read_json(path, handle)
         elif chosen == "csv":
             rows = csv_rows(path, handle, delimiter)
-            line, header = next(rows, (1, []))
-            names = [name.strip().lower() for name in header]
-            positions = _read_table(path, f"line {line}", names, rows)
+            _, header = next(rows, (1, []))
+            positions = _read_table(path, [name.strip().lower() for name in header], rows)
         else:
-            names = _plain_columns(path, handle, chosen, delimiter)
-            positions = _read_table(path, "", names, plain_rows(handle, delimiter))
+            columns = _plain_columns(path, handle, chosen, delimiter)
+            positions = _read_table(path, columns, plain_rows(handle, delimiter))
     if times is None:
         times = np.arange(len(positions.linear)) if positions.times is None else positions.times
-        _require_increasing(path, times, positions.places)
+        _require_increasing(path, np.asarray(times), positions.place)
     try:
-        return Keyframes(times, positions.linear, positions.translation)
+        return Keyframes(np.asarray(times), positions.linear, positions.translation)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -87,9 +85,7 @@ def read_motion(path: FilePath) -> AffineMotion:
     degree = document["degree"]
     if not isinstance(degree, float) or not degree.is_integer():
         raise InputError(f"{path}, degree: a whole number is needed")
-    knots, linear, translation = (
-        read_list(f"{path}, {name}", document[name]) for name in ("knots", "linear", "translation")
-    )
+    knots, linear, translation = (read_list(path, document, name) for name in ("knots", "linear", "translation"))
     try:
         return AffineMotion(BSplineBasis(knots, int(degree), document["periodic"]), linear, translation)
     except InputError as error:
@@ -106,7 +102,9 @@ def _readable(path: FilePath) -> Iterator[TextIO]:
         if status.st_size == 0:
             raise InputError(f"{path}: is empty")
         if status.st_size > LARGEST:
-            raise InputError(f"{path}: has {status.st_size / 2**20:.0f} MB; split it into files of at most 512 MB")
+            raise InputError(
+                f"{path}: has {status.st_size / 2**20:.0f} MB; split it into files of at most {LARGEST >> 20} MB"
+            )
         with open(path, encoding="utf-8-sig") as handle:
             yield handle
     except OSError as error:
@@ -118,12 +116,10 @@ def _readable(path: FilePath) -> Iterator[TextIO]:
 def _read_json(path: FilePath, handle: TextIO) -> _Positions:
     document = read_object(path, handle)
     require_entries(path, document, ["linear"], ["times", "translation"])
-    linear, times, translation = (
-        read_list(f"{path}, {name}", document[name]) if name in document else None
-        for name in ("linear", "times", "translation")
-    )
-    places = [f"times[{i}]" for i in range(0 if times is None else len(times))]
-    return _Positions(times, places, linear, translation)
+    linear = read_list(path, document, "linear")
+    times = read_list(path, document, "times") if "times" in document else None
+    translation = read_list(path, document, "translation") if "translation" in document else np.zeros(linear.shape[:-1])
+    return _Positions(linear, translation, times, "times[{}]".format)
 
 
 def _plain_columns(path: FilePath, handle: TextIO, format: str, delimiter: str | None) -> Columns:
@@ -138,39 +134,39 @@ def _plain_columns(path: FilePath, handle: TextIO, format: str, delimiter: str |
     raise InputError(f"{path}, line {line}: {len(first)} columns; 8 make it tum and 12 kitti, else give the format")
 
 
-def _read_table(path: FilePath, header_place: str, names: Columns, rows: Rows) -> _Positions:
-    where = f"{path}, {header_place}"
-    linear = choose_columns(
-        where, names, "linear part", [formats.QUATERNION, formats.ANGLE, *formats.MATRICES.values()]
-    )
+def _read_table(path: FilePath, names: Columns, rows: Rows) -> _Positions:
+    linear = choose_columns(path, names, "linear part", [formats.QUATERNION, formats.ANGLE, *formats.MATRICES.values()])
     d = 2 if linear in (formats.ANGLE, formats.MATRICES[2]) else 3
     cut = [group[:d] for group in formats.TRANSLATIONS]
-    translation = choose_columns(where, names, "translation", [*cut, ()], formats.TRANSLATIONS)
-    time = choose_columns(where, names, "time", [*formats.TIMES, ()])
+    translation = choose_columns(path, names, "translation", [*cut, ()], formats.TRANSLATIONS)
+    time = choose_columns(path, names, "time", [*formats.TIMES, ()])
 
     columns = [names.index(name) for name in (*time, *translation, *linear)]
-    numbers, places = read_numbers(path, rows, columns, len(names))
+    numbers, lines = read_numbers(path, rows, columns, len(names))
     t, v, a = np.split(numbers, np.cumsum([len(time), len(translation)]), axis=1)
     if linear == formats.QUATERNION:
-        a = _rotations(path, places, a)
+        a = _matrices(path, a, lines)
     elif linear == formats.ANGLE:
         a = np.hstack([np.cos(a), -np.sin(a), np.sin(a), np.cos(a)])
-    return _Positions(t[:, 0] if time else None, places, a.reshape(-1, d, d), v if translation else None)
+    v = v if translation else np.zeros((len(v), d))
+    return _Positions(a.reshape(-1, d, d), v, t[:, 0] if time else None, lambda i: f"line {lines[i]}")
 
 
-def _rotations(path: FilePath, places: Sequence[str], quaternions: np.ndarray) -> np.ndarray:
-    """(M, 3, 3) matrices of scalar-last quaternions (M, 4), normalised; InputError where the norm is far from 1."""
+def _matrices(path: FilePath, quaternions: np.ndarray, lines: Sequence[int]) -> np.ndarray:
+    """(M, 3, 3) rotations of scalar-last quaternions (M, 4), normalised; InputError where a norm is far from 1."""
     norms = np.linalg.norm(quaternions, axis=1)
     wrong = np.abs(norms - 1) > NORM_TOLERANCE
     if wrong.any():
         i = int(np.argmax(wrong))
-        raise InputError(f"{path}, {places[i]}: a quaternion of norm {norms[i]:.6g}: unit quaternions are needed")
+        raise InputError(f"{path}, line {lines[i]}: a quaternion of norm {norms[i]:.6g}: unit quaternions are needed")
+    from scipy.spatial.transform import Rotation  # here: see as_rotations
+
     return Rotation.from_quat(quaternions).as_matrix()
 
 
-def _require_increasing(path: FilePath, times: np.ndarray, places: Sequence[str]) -> None:
+def _require_increasing(path: FilePath, times: np.ndarray, place: Callable[[int], str]) -> None:
     wrong = np.diff(times) <= 0
-    if wrong.any():
+    if times.ndim == 1 and wrong.any():  # Keyframes refuses other shapes
         i = int(np.argmax(wrong))
         how = "repeats" if times[i + 1] == times[i] else "comes before"
-        raise InputError(f"{path}, {places[i + 1]}: time {times[i + 1]} {how} that of {places[i]}: times must increase")
+        raise InputError(f"{path}, {place(i + 1)}: time {times[i + 1]} {how} that of {place(i)}: times must increase")

@@ -37,7 +37,7 @@ def csv_rows(path: FilePath, handle: TextIO, delimiter: str | None) -> Rows:
 
 
 def choose_columns(
-    where: str, header: Columns, what: str, groups: Sequence[Columns], family: Sequence[Columns] = ()
+    path: FilePath, header: Columns, what: str, groups: Sequence[Columns], family: Sequence[Columns] = ()
 ) -> Columns:
     """The one of `groups` that the header has; InputError if it has another column of them, or of `family`, too."""
     known = {name for group in (*groups, *family) for name in group}
@@ -46,29 +46,30 @@ def choose_columns(
         if sorted(group) == sorted(present):
             return group
     raise InputError(
-        f"{where}: of the columns ({shorten(', '.join(header), 200, placeholder=' …')}) "
+        f"{path}: of the columns ({shorten(', '.join(header), 200, placeholder=' …')}) "
         f"{', '.join(present) or 'none'} would be the {what}: "
         f"it takes exactly {', or '.join(' '.join(group) or 'none' for group in groups)}"
     )
 
 
-def read_numbers(path: FilePath, rows: Rows, columns: Sequence[int], width: int) -> tuple[np.ndarray, list[str]]:
-    """The chosen columns of all rows, each `width` fields long, as (M, C), and where each row is ("line 17")."""
-    numbers, places = array("d"), []
+def read_numbers(path: FilePath, rows: Rows, columns: Sequence[int], width: int) -> tuple[np.ndarray, Sequence[int]]:
+    """The chosen columns of all rows, each `width` fields long, as (M, C), and the line of each, (M,)."""
+    numbers, lines = array("d"), array("q")
     for line, fields in rows:
-        place = f"line {line}"
         if len(fields) != width:
-            raise InputError(f"{path}, {place}: {len(fields)} columns where {width} are needed")
-        numbers.extend(_number(path, place, fields[column]) for column in columns)
-        places.append(place)
-    return np.array(numbers).reshape(-1, len(columns)), places
+            raise InputError(f"{path}, line {line}: {len(fields)} columns, not {width}")
+        numbers.extend(_number(path, line, fields[column]) for column in columns)
+        lines.append(line)
+    if not lines:
+        raise InputError(f"{path}: holds no keyframes")
+    return np.array(numbers).reshape(-1, len(columns)), lines
 
 
-def _number(path: FilePath, place: str, field: str) -> float:
+def _number(path: FilePath, line: int, field: str) -> float:
     try:
         number = float(field)
     except ValueError:
-        raise InputError(f"{path}, {place}: {field[:40]!r} is not a number") from None
+        raise InputError(f"{path}, line {line}: {field[:40]!r} is not a number") from None
     if not isfinite(number):
-        raise InputError(f"{path}, {place}: {field[:40]!r} is not finite")
+        raise InputError(f"{path}, line {line}: {field[:40]!r} is not finite")
     return number

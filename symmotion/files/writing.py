@@ -79,7 +79,7 @@ def write_motion(
     sample_times = _sample_times(motion, times, rate)
     samples = Keyframes(sample_times, *motion(sample_times))
     if chosen == "tum":
-        rotations = _closest_rotations(path, samples, None if orthonormalise else RIGID_TOLERANCE)
+        rotations = _closest_rotations(path, samples, np.inf if orthonormalise else RIGID_TOLERANCE)
         samples = Keyframes(samples.times, rotations, samples.translation)
     write_keyframes(samples, path)
 
@@ -88,9 +88,14 @@ def _write_motion_json(motion: AffineMotion, path: FilePath) -> None:
     finite = np.isfinite(motion.spline.control_points).all(axis=1)
     if not finite.all():
         raise InputError(f"{path}: control {int(np.argmin(finite))} of the motion is not finite")
-    basis = motion.basis
-    entries = (basis.degree, basis.periodic, basis.knots, motion.linear, motion.translation)
-    _write_json(path, {**formats.MOTION, **dict(zip(formats.MOTION_ENTRIES, entries, strict=True))})
+    entries = {
+        "degree": motion.degree,
+        "periodic": motion.basis.periodic,
+        "knots": motion.basis.knots,
+        "linear": motion.linear,
+        "translation": motion.translation,
+    }
+    _write_json(path, formats.MOTION | entries)
 
 
 def _sample_times(motion: AffineMotion, times: ArrayLike | None, rate: float | None) -> np.ndarray:
@@ -108,12 +113,11 @@ def _sample_times(motion: AffineMotion, times: ArrayLike | None, rate: float | N
     return np.minimum(a + np.arange(int(steps * (1 + 1e-12)) + 1) / rate, b)
 
 
-def _closest_rotations(path: FilePath, samples: Keyframes, tolerance: float | None) -> np.ndarray:
-    """The orthogonal polar factors (N, d, d) of all samples; InputError where one is no rotation or, with a
-    tolerance, further away than that."""
+def _closest_rotations(path: FilePath, samples: Keyframes, tolerance: float) -> np.ndarray:
+    """The polar factors (N, d, d) of all samples; InputError where one is no rotation or further away than that."""
     left, sizes, right = np.linalg.svd(samples.linear)
     rotations = left @ right
-    far = np.abs(sizes - 1).max(axis=1) > (np.inf if tolerance is None else tolerance)
+    far = np.abs(sizes - 1).max(axis=1) > tolerance
     for fault, wrong, remedy in (
         ("singular", sizes[:, -1] <= SINGULAR_TOLERANCE * sizes[:, 0], ""),
         ("reflected", np.linalg.det(rotations) < 0, ""),

@@ -1,7 +1,6 @@
 """Example keyframes made by the project, for first steps, studies and tests."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
@@ -32,6 +31,8 @@ def planar_keyframes() -> Keyframes:
 
 def spatial_keyframes() -> Keyframes:
     """Four affine positions in space without shear, for an ellipsoid, as in HJK figure 4."""
+    from scipy.spatial.transform import Rotation  # here: see as_rotations
+
     turns = Rotation.from_euler("ZYX", [[0, 0, 0], [60, 30, 10], [110, -20, 70], [190, 25, 95]], degrees=True)
     sizes = np.array([[1.0, 1.0, 1.0], [1.3, 0.8, 1.0], [0.9, 1.2, 0.8], [1.0, 0.9, 1.2]])
     linear = turns.as_matrix() * sizes[:, None, :]
@@ -44,6 +45,8 @@ def random_keyframes(count: int, angle: float, seed: int) -> Keyframes:
 
     Times 0, 1, …, count − 1; translations are normally distributed about the origin.
     """
+    from scipy.spatial.transform import Rotation  # here: see as_rotations
+
     if count < 2:
         raise InputError(f"{count} random keyframes: at least 2 are needed")
     rng = np.random.default_rng(seed)
@@ -58,7 +61,9 @@ def random_keyframes(count: int, angle: float, seed: int) -> Keyframes:
 
 
 def recorded_tour(count: int = 601, seed: int = 7) -> Keyframes:
-    """A made-up recording of `count` rigid poses, 20 s: a camera that circles a table, looks around and trembles a little."""
+    """A made-up recording of `count` rigid poses, 20 s: a camera circles a table, looks around and trembles."""
+    from scipy.spatial.transform import Rotation  # here: see as_rotations
+
     t = np.linspace(0.0, 20.0, count)
     rng = np.random.default_rng(seed)
     angles = [0.35 * t, 0.3 * np.sin(0.9 * t), 0.2 * np.sin(0.55 * t + 1.0)]

@@ -1,13 +1,15 @@
 """Keyframes: the affine positions that a motion has to take, and when."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from symmotion.errors import InputError
 from symmotion.splines import check_times
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 PARAMETRISATIONS = ("uniform", "chordal", "centripetal")
 
@@ -62,7 +64,7 @@ class Keyframes:
         return Keyframes(span[0] + (span[1] - span[0]) * share, linear, translation)
 
     @staticmethod
-    def from_rotations(times, rotations: Rotation, translation: Any = None) -> "Keyframes":
+    def from_rotations(times, rotations: "Rotation", translation: Any = None) -> "Keyframes":
         """Rigid keyframes in 3D from a SciPy `Rotation` of M rotations and translations (M, 3)."""
         return Keyframes(times, rotations.as_matrix().reshape(-1, 3, 3), translation)
 
@@ -106,13 +108,15 @@ class Keyframes:
                     f"keyframe {i} is {word} (determinant {determinants[i]:.3g}): {what} needs orientation"
                 )
 
-    def rotations(self, tolerance: float = 1e-6) -> Rotation:
+    def rotations(self, tolerance: float = 1e-6) -> "Rotation":
         """The linear parts as a SciPy `Rotation`, in 3D; InputError unless they are orthogonal to `tolerance`."""
         return as_rotations(self.linear, tolerance)
 
 
-def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> Rotation:
+def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> "Rotation":
     """(N, 3, 3) rotation matrices as a SciPy `Rotation`; InputError names the first that is none."""
+    from scipy.spatial.transform import Rotation  # here, since it is a fifth of the time of `import symmotion`
+
     if linear.shape[-1] != 3:
         raise InputError("a rotation as a quaternion needs three dimensions")
     error = np.abs(linear.transpose(0, 2, 1) @ linear - np.eye(3)).max(axis=(1, 2))
@@ -125,7 +129,7 @@ def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> Rotation:
     if (np.linalg.det(linear) < 0).any():
         i = int(np.argmax(np.linalg.det(linear) < 0))
         raise InputError(f"position {i} is reflected (determinant −1): it is no rotation")
-    return Rotation.from_matrix(linear)
+    return Rotation.from_matrix(np.array(linear))  # a copy: older SciPy takes no read-only arrays
 
 
 def _check_positions(linear, translation) -> tuple[np.ndarray, np.ndarray]:

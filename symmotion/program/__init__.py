@@ -1,6 +1,6 @@
 """Programs of small symbolic kernels: structure, evaluation, saddle systems, certificates. It knows no motions."""
 
-from symmotion.program.block import Block
+from symmotion.program.block import Block, BlockEvaluator
 from symmotion.program.certificate import Certificate, certify, system_of
 from symmotion.program.condensed import Condensed
 from symmotion.program.evaluate import Evaluator
@@ -10,6 +10,7 @@ from symmotion.program.saddle import HessianTriangle, Saddle, kkt_pattern
 
 __all__ = [
     "Block",
+    "BlockEvaluator",
     "Certificate",
     "Condensed",
     "Constraint",

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import LinearOperator, splu
 
 from symmotion.errors import InputError
 from symmotion.program.condensed import lowest_curvature
-from symmotion.program.evaluate import Pattern
+from symmotion.program.evaluate import Evaluator, Pattern
 from symmotion.program.program import Program
 
 # The factorisation does not pivot: a zero in the lower block would stop it. Refinement removes its effect.
@@ -69,9 +69,9 @@ class HessianTriangle:
         return sparse.csr_array(upper + sparse.triu(upper, 1).T)
 
 
-def kkt_pattern(program: Program, jacobian: sparse.csr_array) -> sparse.csr_array:
+def kkt_pattern(program: Program) -> sparse.csr_array:
     """(unknowns + conditions)² where the saddle matrix [[H, Jᵀ], [J, 0]] can differ from zero, as a boolean array."""
-    triangle = HessianTriangle.of(program)
+    triangle, jacobian = HessianTriangle.of(program), Evaluator(program).jacobian(program.x0)
     hessian = triangle.full(np.ones(triangle.pattern.size), program.unknowns)
     return sparse.csr_array(sparse.block_array([[hessian, jacobian.T], [jacobian, None]]) != 0)
 

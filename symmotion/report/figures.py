@@ -6,10 +6,12 @@ import re
 import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
+from matplotlib.rcsetup import cycler
 from matplotlib.ticker import MaxNLocator
 
 from symmotion.report.values import Figure, Run
@@ -24,8 +26,8 @@ METHODS = {
     "newton-sparse": (COLOURS[3], "v"),
     "ipopt-plain": (COLOURS[4], "D"),
 }
-STYLE = {
-    "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
+STYLE: dict[Any, Any] = {
+    "axes.prop_cycle": cycler(color=COLOURS),
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.linewidth": 0.7,
@@ -38,8 +40,6 @@ STYLE = {
     "grid.linewidth": 0.7,
     "xtick.major.width": 0.7,
     "ytick.major.width": 0.7,
-    "xtick.minor.size": 0,
-    "ytick.minor.size": 0,
     "legend.frameon": False,
     "lines.linewidth": 1.6,
     "lines.markersize": 4.5,
@@ -66,19 +66,19 @@ def new_figure(width: float = 7.0, height: float = 3.2) -> Iterator[Canvas]:
 
 
 def to_figure(figure: Canvas, name: str, caption: str, alt: str = "") -> Figure:
-    """A drawn figure as an SVG, the same text for the same drawing; alt: the caption when left out."""
+    """A drawn figure as an SVG, the same text for the same drawing; alt: as in `Figure`."""
     text = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": name}):
         metadata = dict.fromkeys(("Creator", "Date", "Format", "Type"))
         figure.savefig(text, format="svg", transparent=True, metadata=metadata)
-    return Figure(name, _themed(text.getvalue()), caption, alt or caption)
+    return Figure(name, _themed(text.getvalue()), caption, alt)
 
 
 def convergence_figure(runs: Sequence[Run], name: str, caption: str, alt: str = "") -> Figure:
     """Stationarity over iterations, a line per run that logged any, a panel per case."""
     logged = [run for run in runs if run.log]
     cases = list(dict.fromkeys(run.case for run in logged)) or [""]
-    columns = min(3, len(cases))
+    columns = {1: 1, 2: 2, 4: 2}.get(len(cases), 3)
     rows = math.ceil(len(cases) / columns)
     with new_figure(7.0, 3.2 if len(cases) == 1 else 0.5 + 2.1 * rows) as figure:
         panels = figure.subplots(rows, columns, sharey=True, squeeze=False)
@@ -88,16 +88,17 @@ def convergence_figure(runs: Sequence[Run], name: str, caption: str, alt: str = 
             _draw_convergence(axes, [run for run in logged if run.case == case])
             if len(cases) > 1:
                 # Cases are named by users: a dollar sign is no formula.
-                axes.set_title(textwrap.fill(case, 84 // columns), parse_math=False)
+                axes.set_title(textwrap.fill(case, 69 // columns), fontsize=9, parse_math=False)
         figure.supxlabel("iteration", fontsize="medium")
         figure.supylabel("stationarity", fontsize="medium")
-        lines = {line.get_label(): line for axes in figure.axes for line in axes.lines}
+        lines = {str(line.get_label()): line for axes in figure.axes for line in axes.lines}
         figure.legend(lines.values(), lines.keys(), loc="outside upper left", ncols=5)
         return to_figure(figure, name, caption, alt)
 
 
 def _draw_convergence(axes: Axes, runs: Sequence[Run]) -> None:
     axes.set_yscale("log")
+    axes.minorticks_off()
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     for run in runs:
         colour, marker = method_style(run.method)
@@ -109,6 +110,8 @@ def _themed(svg: str) -> str:
     """The SVG element alone, in the ink of its surroundings and without rules that would reach beyond it."""
     svg = re.sub(r"<!--.*?-->\s*", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>\s*", "", svg, count=1, flags=re.DOTALL)
+    # Hundredths of a point cannot be seen, and are a third of a file.
+    svg = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), svg)
     # What is black by default has no fill of its own and takes the root's.
     svg = svg.replace("<svg ", '<svg fill="currentColor" stroke-linejoin="round" ', 1)
     return svg.replace("#000000", "currentColor")

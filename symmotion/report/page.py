@@ -9,13 +9,14 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import datetime
-from importlib import metadata, resources
+from importlib import import_module, resources
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup, escape
 
+from symmotion import __version__
 from symmotion.errors import InputError
 from symmotion.files import whole_file
 from symmotion.report.values import Cell, Figure, Run, StudyRecord, require_distinct
@@ -23,7 +24,9 @@ from symmotion.report.values import Cell, Figure, Run, StudyRecord, require_dist
 SCHEMA = 1
 
 
-def write_report(records: Sequence[StudyRecord], directory: Path | str, title: str = "symmotion", intro: str = "") -> Path:
+def write_report(
+    records: Sequence[StudyRecord], directory: Path | str, title: str = "symmotion", intro: str = ""
+) -> Path:
     """Write index.html, report.json and figures/ into a directory, made where it is missing; returns the page's path.
 
     intro: plain text, blank lines between paragraphs. Raises InputError where it cannot write.
@@ -49,7 +52,9 @@ def require_writable(directory: Path) -> None:
             with tempfile.TemporaryFile(dir=folder):
                 pass
     except OSError as error:
-        raise InputError(f"{directory}: cannot write a report there ({error.strerror}); choose another directory") from error
+        raise InputError(
+            f"{directory}: cannot write a report there ({error.strerror}); choose another directory"
+        ) from error
 
 
 def report_document(records: Sequence[StudyRecord]) -> dict[str, Any]:
@@ -57,7 +62,7 @@ def report_document(records: Sequence[StudyRecord]) -> dict[str, Any]:
     return _finite(
         {
             "schema": SCHEMA,
-            "symmotion": _version("symmotion"),
+            "symmotion": __version__,
             "created": datetime.now().astimezone().isoformat(timespec="seconds"),
             "environment": _environment(),
             "studies": [_study(record) for record in records],
@@ -102,18 +107,11 @@ def _finite(value: Any) -> Any:
 def _environment() -> dict[str, Any]:
     return {
         "python": platform.python_version(),
-        **{name: _version(name) for name in ("casadi", "numpy", "scipy", "matplotlib")},
+        **{name: import_module(name).__version__ for name in ("casadi", "numpy", "scipy", "matplotlib")},
         "platform": platform.platform(),
         "processor": _processor(),
         "cpus": os.cpu_count(),
     }
-
-
-def _version(package: str) -> str | None:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return None
 
 
 def _processor() -> str | None:

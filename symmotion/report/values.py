@@ -50,7 +50,10 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """An SVG as text, from `<svg` on; name: the slug that its file is called by; alt: what a blind reader is told."""
+    """An SVG as text, from `<svg` on.
+
+    name: what its file is called; alt: what a blind reader is told, the caption when left out.
+    """
 
     name: str
     svg: str
@@ -59,7 +62,9 @@ class Figure:
 
     def __post_init__(self):
         if not re.fullmatch(r"[A-Za-z0-9_-]+", self.name):
-            raise InputError(f"figure {self.name!r}: letters, digits, - and _ are needed in its name, which names a file")
+            raise InputError(
+                f"figure {self.name!r}: letters, digits, - and _ are needed in its name, which names a file"
+            )
         if not self.svg.startswith("<svg"):
             raise InputError(f"figure {self.name!r}: the text of an SVG element is needed")
 
@@ -84,7 +89,7 @@ class Run:
     unknowns: int | None = None
     multipliers: int | None = None
     convergence_order: float | None = None
-    seconds: Seconds = Seconds()
+    seconds: Seconds = field(default_factory=Seconds)
     log: tuple[Iteration, ...] = field(default=(), repr=False)
     message: str = ""
 
@@ -122,7 +127,7 @@ class Run:
 
 @dataclass(frozen=True)
 class StudyResult:
-    """What a study found. conclusion: plain text, blank lines between paragraphs; notes: what to know about this run."""
+    """What a study found; conclusion: plain text, blank lines between paragraphs; notes: about this run of it."""
 
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
@@ -145,7 +150,7 @@ def _silent(step: str) -> None:
 
 @dataclass(frozen=True)
 class StudyOptions:
-    """How to run a study. full: the long form; data: a file of recorded data; progress: called with each step's name."""
+    """How to run a study; full: the long form; data: a file of recorded poses; progress: told each step's name."""
 
     full: bool = False
     data: Path | None = None

@@ -33,9 +33,15 @@ class Comparison:
 
     @property
     def best(self) -> Solution | None:
-        """The solved one of least objective, minima before saddle points; None where none solved."""
+        """The solved one of least objective, minima before saddle points, None where none solved.
+
+        Of those alike to nine digits, the one of least stationarity.
+        """
         solved = [s for s in self.solutions if s.status is Status.SOLVED]
-        return min(solved, key=lambda s: (s.inertia == "indefinite", s.objective), default=None)
+        minima = [s for s in solved if s.inertia != "indefinite"] or solved
+        least = min((s.objective for s in minima), default=0.0)
+        alike = [s for s in minima if s.objective <= least + 1e-9 * abs(least)]
+        return min(alike, key=lambda s: s.stationarity, default=None)
 
     def agreement(self, solution: Solution) -> tuple[float, float] | None:
         """How far minimiser and multipliers are from the best one's, each relative to its largest entry."""

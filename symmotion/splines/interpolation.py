@@ -2,7 +2,6 @@
 
 import numpy as np
 from scipy import sparse
-from scipy.interpolate import make_interp_spline
 from scipy.sparse.linalg import splu, spsolve
 
 from symmotion.errors import InputError
@@ -40,6 +39,8 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
         `end_slopes` (2, …) in values per unit of time, or "periodic" (M ≥ 4; the first value
         repeated at the end).
     """
+    from scipy.interpolate import make_interp_spline  # here: see Spline._scipy
+
     times, values = check_times(times), np.asarray(values, dtype=float)
     if len(values) != len(times):
         raise InputError(f"{len(times)} times for {len(values)} values")

@@ -2,12 +2,15 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from symmotion.errors import InputError
 from symmotion.splines.basis import BSplineBasis
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +58,9 @@ class Spline:
         return self._scipy(t, nu)
 
     @cached_property
-    def _scipy(self) -> BSpline:
+    def _scipy(self) -> "BSpline":
+        from scipy.interpolate import BSpline  # here, since it is a fifth of the time of `import symmotion`
+
         controls, p = self.control_points, self.degree
         if self.basis.periodic:
             controls = np.concatenate([controls, controls[:p]])

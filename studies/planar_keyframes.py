@@ -1,0 +1,32 @@
+"""HJK figure 3: a planar body of eight ellipses through four affine keyframes."""
+
+import numpy as np
+from matplotlib.axes import Axes
+
+import symmotion as sm
+from studies.several_keyframes import before_and_after
+from symmotion.report import Study, StudyOptions, StudyResult
+from symmotion.report.drawing import draw_body, draw_path, eight_ellipses
+from symmotion.report.figures import COLOURS
+
+KEYFRAMES = sm.examples.planar_keyframes()
+
+
+def run(options: StudyOptions) -> StudyResult:
+    return before_and_after(KEYFRAMES, _draw, "A body of eight ellipses", options)
+
+
+def _draw(axes: Axes, motion: sm.AffineMotion) -> None:
+    between = np.linspace(*motion.domain, 13)
+    draw_body(axes, motion, eight_ellipses(), between, COLOURS[0], 0.18)
+    draw_body(axes, motion, eight_ellipses(), KEYFRAMES.times, COLOURS[5], 0.55)
+    draw_path(axes, motion)
+
+
+STUDY = Study(
+    "planar_keyframes",
+    "What does optimisation change for a planar body that also changes its shape?",
+    "HJK 5.2, figure 3",
+    run,
+    order=2,
+)

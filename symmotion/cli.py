@@ -1,0 +1,190 @@
+"""The command line: `symmotion compare` and `symmotion design`."""
+
+import argparse
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import Any, NoReturn
+
+import numpy as np
+
+from symmotion.design import affine_program
+from symmotion.energies import Energy, Rigidity, TrajectoryEnergy
+from symmotion.errors import InputError, SolveError
+from symmotion.files import read_keyframes, write_motion
+from symmotion.files.formats import format_of
+from symmotion.solvers import solver_by_name
+
+OBJECTIVES = ("rigidity", "rigidity2", "energy")
+EXAMPLES = {
+    "compare": """\
+example:
+  symmotion compare poses.tum --objective rigidity rigidity2 --solvers newton ipopt -o report
+""",
+    "design": """\
+example:
+  symmotion design poses.tum -o motion.json motion.csv --objective rigidity+0.001*energy
+""",
+}
+
+
+class _Parser(argparse.ArgumentParser):
+    """Errors in one line, without the usage."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command: 0, 1 where a solve failed, 2 for bad input."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.command(options)
+    except InputError as error:
+        print(f"symmotion {options.name}: {error}", file=sys.stderr)
+        return 2
+    except SolveError as error:
+        print(f"symmotion {options.name}: {error}", file=sys.stderr)
+        return 1
+
+
+def objective_by_name(text: str, dimension: int) -> Energy:
+    """An objective from its name or a weighted sum of names, such as "rigidity+0.001*energy".
+
+    Names: rigidity (or R), rigidity2 (R*), energy (E, of the unit points and their opposites).
+    """
+    points = np.concatenate([np.eye(dimension), -np.eye(dimension)])
+    known: dict[str | Any, Energy] = dict(
+        zip(OBJECTIVES, (Rigidity(), Rigidity(2), TrajectoryEnergy(points)), strict=True)
+    )
+    known |= dict(zip(("R", "R*", "E"), known.values(), strict=True))
+    total: Energy | None = None
+    # A plus after an exponent's e belongs to the number.
+    for part in re.split(r"(?<![0-9.][eE])\+", text):
+        match = re.fullmatch(r"\s*(?:([-+0-9.eE]+)\s*\*\s*)?([A-Za-z0-9]+\*?)\s*", part)
+        if match is None or match[2] not in known:
+            raise InputError(f"objective {part.strip()!r} is unknown; there are {', '.join(OBJECTIVES)} and their sums")
+        try:
+            weight = float(match[1] or 1)
+        except ValueError:
+            raise InputError(f"objective {part.strip()!r}: {match[1]!r} is no number") from None
+        term = weight * known[match[2]] if match[1] else known[match[2]]
+        total = term if total is None else total + term
+    assert total is not None
+    return total
+
+
+def _compare(options: argparse.Namespace) -> int:
+    # Matplotlib and Jinja take longer to import than a design takes to solve.
+    from symmotion.report import StudyRecord, require_writable, write_report
+    from symmotion.report.comparison import comparison_result
+
+    solvers = [solver_by_name(name) for name in options.solvers]
+    files = [(path, read_keyframes(path)) for path in options.files]
+    require_writable(options.output)
+    records, failed = [], False
+    for k, (path, keyframes) in enumerate(files):
+        began = perf_counter()
+        try:
+            objectives = [objective_by_name(name, keyframes.dimension) for name in options.objective]
+            result = comparison_result(keyframes, objectives, options.degree, options.refine, solvers)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+        reached = {r.case for r in result.runs if r.status == "solved" and r.inertia != "indefinite"}
+        failed |= any(o.name not in reached for o in objectives)
+        question = f"{path}: {len(keyframes)} keyframes in {keyframes.dimension}D"
+        records.append(StudyRecord(f"file_{k + 1}", question, "your keyframes", perf_counter() - began, result))
+    page = write_report(records, options.output, "symmotion: comparison", _settings(options))
+    for record in records:
+        print(f"{record.question}\n{record.result.conclusion if record.result else record.error}\n")
+    print(f"report: {page}")
+    if failed:
+        raise SolveError("no solver reached a minimum of one of the problems; the report says why")
+    return 0
+
+
+def _settings(options: argparse.Namespace) -> str:
+    return f"Degree {options.degree}, {options.refine} inserted knots per segment."
+
+
+def _design(options: argparse.Namespace) -> int:
+    for path in options.output:
+        format_of(path, None, ("json", "csv", "tum"))  # before the work, not after it
+    keyframes = read_keyframes(options.file)
+    try:
+        objective = objective_by_name(options.objective, keyframes.dimension)
+        program = affine_program(
+            keyframes, degree=options.degree, refine=options.refine, objective=objective, ends=options.ends
+        )
+        solution = solver_by_name(options.solver).solve(program).require()
+    except (InputError, SolveError) as error:
+        raise type(error)(f"{options.file}: {error}") from error
+    for path in options.output:
+        sampled = path.suffix != ".json"
+        rigid = options.orthonormalise and path.suffix == ".tum"
+        write_motion(solution.motion, path, rate=options.rate if sampled else None, orthonormalise=rigid)
+        print(f"wrote {path}")
+    print(solution)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="symmotion", description="Smooth motions through keyframes.")
+    commands = parser.add_subparsers(title="commands", required=True, dest="name", parser_class=_Parser)
+    compare = commands.add_parser(
+        "compare",
+        help="solvers side by side on your keyframes, as a report",
+        epilog=EXAMPLES["compare"],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    compare.set_defaults(command=_compare)
+    compare.add_argument("files", metavar="FILE", nargs="+", type=Path, help="keyframes: .tum, .kitti, .csv, .json")
+    compare.add_argument("-o", "--output", type=Path, default=Path("report"), metavar="DIR", help="default: report")
+    compare.add_argument(
+        "--objective",
+        nargs="+",
+        default=["rigidity"],
+        metavar="NAME",
+        help=f"{', '.join(OBJECTIVES)} or weighted sums such as rigidity+0.001*energy; default: rigidity",
+    )
+    compare.add_argument(
+        "--solvers",
+        nargs="+",
+        default=["newton", "ipopt", "elimination"],
+        metavar="NAME",
+        help="default: newton ipopt elimination",
+    )
+    design = commands.add_parser(
+        "design",
+        help="one optimal motion through your keyframes",
+        epilog=EXAMPLES["design"],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    design.set_defaults(command=_design)
+    design.add_argument("file", metavar="FILE", type=Path, help="keyframes: .tum, .kitti, .csv, .json")
+    design.add_argument(
+        "-o",
+        "--output",
+        nargs="+",
+        type=Path,
+        required=True,
+        metavar="OUT",
+        help=".json: exact; .csv, .tum: samples",
+    )
+    design.add_argument("--objective", default="rigidity", metavar="NAME", help="as for compare; default: rigidity")
+    design.add_argument("--solver", default="newton", metavar="NAME", help="default: newton")
+    design.add_argument("--ends", default="natural", metavar="NAME", help="of the start: natural, not-a-knot, periodic")
+    design.add_argument("--rate", type=float, metavar="R", help="samples per unit of time; default: 200 in all")
+    design.add_argument(
+        "--orthonormalise", action="store_true", help="write the closest rotation of each sample to .tum"
+    )
+    for command in (compare, design):
+        command.add_argument("--degree", type=int, default=3, metavar="P", help="default: 3")
+        command.add_argument("--refine", type=int, default=1, metavar="K", help="knots per segment; default: 1")
+    return parser
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

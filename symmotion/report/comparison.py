@@ -1,0 +1,83 @@
+"""The report of several solvers on a user's own keyframes."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from symmotion.design import affine_program, measure
+from symmotion.energies import Energy
+from symmotion.motions import Keyframes
+from symmotion.report.drawing import draw_inner_products
+from symmotion.report.figures import convergence_figure, new_figure, to_figure
+from symmotion.report.values import Column, Figure, Run, StudyResult, Table
+from symmotion.solvers import Comparison, Solution, compare
+
+MOST_PRICES = 20  # rows of the table of multipliers
+
+
+def comparison_result(
+    keyframes: Keyframes, objectives: Sequence[Energy], degree: int, refine: int, solvers: Sequence[Any]
+) -> StudyResult:
+    """Compare solvers on one set of keyframes under several objectives; tables and figures as data."""
+    comparisons = {
+        objective.name: compare(affine_program(keyframes, degree=degree, refine=refine, objective=objective), solvers)
+        for objective in objectives
+    }
+    runs = tuple(Run.of(name, s) for name, c in comparisons.items() for s in c.solutions)
+    figures: list[Figure] = [convergence_figure(runs, "convergence", "Stationarity by iteration.")]
+    tables = [_agreement(comparisons)]
+    sentences = []
+    for k, (name, comparison) in enumerate(comparisons.items()):
+        best = comparison.best
+        if best is None or best.inertia == "indefinite":
+            sentences.append(f"{name}: no solver reached a minimum; the table of runs says where each ended.")
+            continue
+        before = measure(best.program.design.motion(best.program.start), objectives[k])
+        sentences.append(
+            f"{name}: {before:.6g} for the interpolating spline, {best.objective:.6g} at the optimum ({best.method})."
+        )
+        figures.append(_inner_products(keyframes, name, f"inner-products-{k + 1}", best))
+        tables.append(_prices(keyframes, name, best))
+    return StudyResult(tuple(tables), tuple(figures), runs, "\n\n".join(sentences))
+
+
+def _agreement(comparisons: dict[str, Comparison]) -> Table:
+    rows = []
+    for name, comparison in comparisons.items():
+        for solution in comparison.solutions:
+            agreement = comparison.agreement(solution) or (None, None)
+            rows.append((name, solution.method, str(solution.status), solution.seconds.total * 1e3, *agreement))
+    columns = ("objective", "solver", "status"), ("minimiser", "multipliers")
+    return Table(
+        "agreement",
+        (*map(Column, columns[0]), Column("time", "ms"), *map(Column, columns[1])),
+        tuple(rows),
+        "Largest difference from the best solution, relative to its largest entry.",
+    )
+
+
+def _prices(keyframes: Keyframes, name: str, best: Solution) -> Table:
+    price = best.multipliers["keyframes"]
+    flat = np.concatenate([price.linear.reshape(len(keyframes), -1), price.translation], axis=1)
+    sizes = np.linalg.norm(flat, axis=1)
+    order = np.argsort(-sizes)[:MOST_PRICES]
+    return Table(
+        f"keyframe multipliers, {name}",
+        (Column("keyframe"), Column("time"), Column("‖λ‖"), Column("largest entry")),
+        tuple((int(i), float(keyframes.times[i]), float(sizes[i]), float(np.abs(flat[i]).max())) for i in order),
+        "How fast the optimum changes with a keyframe: ∂f*/∂A*ᵢ = −λᵢ. The most expensive first"
+        + (f", {MOST_PRICES} of {len(keyframes)}." if len(keyframes) > MOST_PRICES else "."),
+    )
+
+
+def _inner_products(keyframes: Keyframes, name: str, slug: str, best: Solution) -> Figure:
+    start = best.program.design.motion(best.program.start)
+    with new_figure(7.0, 3.0) as figure:
+        panels = figure.subplots(1, 2, sharey=True)
+        for axes, motion, title in zip(panels, (start, best.motion), ("interpolating spline", "optimum"), strict=True):
+            draw_inner_products(axes, motion, keyframes)
+            axes.set_title(title)
+        panels[0].set_ylabel("inner product")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=6)
+        return to_figure(figure, slug, f"Inner products of the moving unit vectors, {name}; dots: at the keyframes.")

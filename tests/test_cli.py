@@ -1,0 +1,115 @@
+import json
+
+import numpy as np
+import pytest
+
+import symmotion as sm
+from symmotion.cli import main, objective_by_name
+
+KEYS = sm.examples.random_keyframes(5, 50, 1)
+
+
+@pytest.fixture
+def poses(tmp_path):
+    path = tmp_path / "poses.tum"
+    sm.write_keyframes(KEYS, path)
+    return path
+
+
+def test_compare_writes_one_report_for_all_files_and_objectives(poses, tmp_path, capsys):
+    planar = tmp_path / "plane <b>.csv"
+    sm.write_keyframes(sm.examples.planar_keyframes(), planar)
+    out = tmp_path / "out"
+    objectives = ["R", "rigidity2", "rigidity+1e-3*energy"]
+    assert main(["compare", str(poses), str(planar), "-o", str(out), "--objective", *objectives]) == 0
+    report = json.loads((out / "report.json").read_text())
+    assert len(report["studies"]) == 2
+    runs = report["studies"][0]["runs"]
+    assert [(r["case"], r["method"]) for r in runs[:4]] == [
+        ("R", "newton"),
+        ("R", "ipopt"),
+        ("R", "elimination"),
+        ("R*", "newton"),
+    ]
+    optimum = sm.ExactNewton().solve(sm.affine_program(KEYS)).objective
+    assert runs[0]["objective"] == pytest.approx(optimum, rel=1e-12)
+    page = (out / "index.html").read_text()
+    assert "plane &lt;b&gt;.csv" in page
+    assert "plane <b>" not in page
+    assert "report:" in capsys.readouterr().out
+
+
+def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_path, capsys):
+    exact, samples, rigid = (tmp_path / name for name in ("m.json", "m.csv", "m.tum"))
+    assert main(["design", str(poses), "-o", str(exact), str(samples), str(rigid), "--orthonormalise"]) == 0
+    motion = sm.read_motion(exact)
+    t = np.linspace(*motion.domain, 30)
+    best = sm.ExactNewton().solve(sm.affine_program(KEYS)).motion
+    np.testing.assert_allclose(motion(t).linear, best(t).linear, atol=1e-9)
+    sampled = sm.read_keyframes(samples)
+    np.testing.assert_allclose(sampled.linear, motion(sampled.times).linear, atol=1e-14)
+    assert len(sm.read_keyframes(rigid)) == 200
+    assert "inertia positive" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["design", "{tmp}/none.tum", "-o", "{tmp}/m.json"], "none.tum: "),
+        (["design", "{poses}", "-o", "{tmp}/m.obj"], "format 'obj' is unknown; there are json, csv, tum"),
+        (["design", "{poses}", "-o", "{tmp}/no/m.json"], "no/m.json"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--objective", "torque"], "objective 'torque' is unknown"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--objective", "1.2.3*rigidity"], "'1.2.3' is no number"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--objective=-1*rigidity"], "weight -1 of R"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--solver", "snopt"], "solver 'snopt' is unknown; there are"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--degree", "0"], "poses.tum: degree 0"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--degree", "three"], "invalid int value: 'three'"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--ends", "periodic"], "last keyframe equal to the first"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--solver", "elimination", "--degree", "5"], "insert more knots"),
+        (["compare", "{poses}", "-o", "{poses}"], "poses.tum"),
+        (["compare", "{poses}", "--solvers", "newton", "magic", "-o", "{tmp}/r"], "solver 'magic' is unknown"),
+        (["compare", "-o", "{tmp}/r"], "required: FILE"),
+        (["dance"], "invalid choice: 'dance'"),
+        ([], "required"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(arguments, message, poses, tmp_path, capsys):
+    keys = sm.examples.random_keyframes(60, 40, 0)
+    if "elimination" in arguments:
+        sm.write_keyframes(keys, poses)
+    given = [a.format(tmp=tmp_path, poses=poses) for a in arguments]
+    try:
+        status = main(given)
+    except SystemExit as stopped:
+        status = stopped.code
+    error = capsys.readouterr().err
+    assert status == 2
+    assert message in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "m.json").exists()
+    assert not (tmp_path / "r").exists()
+
+
+def test_a_failed_solve_is_status_1_and_writes_no_motion(poses, tmp_path, capsys):
+    sm.write_keyframes(sm.examples.random_keyframes(20, 140, 0), poses)
+    out = tmp_path / "m.json"
+    assert main(["design", str(poses), "-o", str(out), "--solver", "elimination"]) == 1
+    assert capsys.readouterr().err.startswith("symmotion design: ")
+    assert not out.exists()
+    assert main(["compare", str(poses), "-o", str(tmp_path / "r"), "--solvers", "elimination"]) == 1
+    assert (tmp_path / "r" / "index.html").exists()
+
+
+@pytest.mark.parametrize("command", [[], ["compare"], ["design"]])
+def test_help_shows_an_example(command, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main([*command, "--help"])
+    assert stopped.value.code == 0
+    text = capsys.readouterr().out
+    assert "example:" in text or not command
+
+
+def test_objectives_by_name():
+    assert objective_by_name("rigidity", 3).name == "R"
+    assert objective_by_name("R* + 1e-3*E", 2).name == "R* + 0.001 E"
+    assert objective_by_name("2.5e+1*rigidity+energy", 3).name == "25 R + E"
