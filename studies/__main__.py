@@ -72,7 +72,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--full", action="store_true", help="the long form, with the figures a paper would print")
     parser.add_argument("--list", action="store_true", help="list the studies and their questions, and run none")
     parser.add_argument("-o", "--output", type=Path, default=Path("report"), metavar="DIR", help="default: report")
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="studies run at the same time (default: 1)")
+    jobs = "studies run at the same time (default: 1); with more, they slow down each other's timings"
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help=jobs)
     parser.add_argument("--data", type=Path, metavar="FILE", help="recorded keyframes for the studies that use them")
     return parser
 

@@ -118,7 +118,7 @@ def test_discovers_the_studies_in_their_order():
 def test_runs_as_a_program_in_two_processes(tmp_path):
     # As users start it: only then is the runner the main module, which workers do not import.
     names = [s.name for s in runner.discover()][:2]
-    root = Path(runner.__file__).parents[1]
+    root = Path(str(runner.__file__)).parents[1]
     command = [sys.executable, "-m", "studies", *names, "--jobs", "2", "-o", str(tmp_path)]
     subprocess.run(command, cwd=root, capture_output=True, check=True)
     assert [(s["name"], s["status"]) for s in reported(tmp_path)] == [(name, "ok") for name in names]

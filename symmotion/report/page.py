@@ -138,7 +138,7 @@ def shown(value: Cell, digits: int = 5) -> str:
         return "yes" if value else "no"
     if not isinstance(value, float):
         return str(value)
-    whole = 10**digits <= abs(value) < 1e9
+    whole = 10**digits <= abs(value) < 10 ** (digits + 3)
     return re.sub(r"e([+-])0*", lambda e: "e" + e[1].strip("+"), f"{value:.0f}" if whole else f"{value:.{digits}g}")
 
 
