@@ -41,7 +41,7 @@ def draw_body(
     body: Sequence[np.ndarray],
     times: np.ndarray,
     colour: str = COLOURS[0],
-    alpha: float = 0.25,
+    alpha: float = 0.4,
 ) -> None:
     """A planar body, closed polygons (P, 2), at several times of a planar motion."""
     for t in times:
@@ -94,7 +94,7 @@ def draw_kkt(axes: Axes, program: Program) -> None:
 def draw_ellipsoid(
     axes: Axes, motion: AffineMotion, times: np.ndarray, semi_axes: Sequence[float], ink: bool = False
 ) -> None:
-    """An ellipsoid at several times of a spatial motion, as its three principal ellipses seen from afar; `ink`: all dark."""
+    """An ellipsoid at several times of a spatial motion, as its principal ellipses seen from afar; `ink`: all dark."""
     s = np.linspace(0, 2 * np.pi, 49)
     circle = np.column_stack([np.cos(s), np.sin(s), np.zeros_like(s)])
     # An orthographic view along (2, −3, 1.6): enough for a strip picture, and no 3D axes to clutter it.
