@@ -220,6 +220,11 @@ def _conclusion(family: list[Run], speed: list[Run], limits: Table) -> str:
         mine = [r for r in family if r.method == method]
         return f"{sum(r.certified for r in mine)} of {len(mine)}"
 
+    def at(angle: int) -> str:
+        mine = [r for r in family if r.method == "elimination" and f", {angle}°" in r.case]
+        return f"{sum(r.certified for r in mine)} of {len(mine)}"
+
+    saddles = sum(r.status == "solved" and r.inertia == "indefinite" for r in family if r.method == "elimination")
     newton, mapped, plain = (_total(speed, m, 100) for m in ("newton", "ipopt", "ipopt-plain"))
     large, mapped_large = (_total(speed, m, 1000) for m in ("newton", "ipopt"))
     if not (newton and mapped and plain and large and mapped_large):
@@ -227,7 +232,8 @@ def _conclusion(family: list[Run], speed: list[Run], limits: Table) -> str:
     return (
         f"Certified minima: ExactNewton {share('newton')}, Ipopt {share('ipopt')}, the classical elimination "
         f"{share('elimination')}, staged {share('elimination-staged')}. The undamped Newton method of the literature "
-        "is fine for small turns and fails for large ones; what it then calls a solution is often a saddle point.\n\n"
+        f"certifies {at(40)} for turns of 40° and {at(140)} for 140°; {saddles} of its runs converge to a saddle "
+        "point.\n\n"
         f"At 100 keyframes ExactNewton takes {1e3 * newton:.3g} ms, Ipopt with the same derivatives "
         f"{mapped / newton:.3g} times and the plain formulation {plain / newton:.3g} times as long; at 1,000 "
         f"keyframes {large:.3g} s and {mapped_large / large:.3g} times. An edited keyframe of 20 is solved again in "

@@ -1,7 +1,29 @@
 """symmotion: smooth motions as symbolic constrained programs."""
 
-from symmotion.design import affine_program, measure
-from symmotion.energies import Energy, Jet, JetEnergy, Rigidity, TrajectoryEnergy
+from symmotion.design import (
+    AngularRate,
+    NoInversion,
+    OnLine,
+    Periodic,
+    SpeedBound,
+    Tolerance,
+    UnitVolume,
+    Velocity,
+    affine_program,
+    auto_knots,
+    auxiliary_keyframes,
+    keyframe_prices,
+    measure,
+)
+from symmotion.energies import (
+    Energy,
+    Jet,
+    JetEnergy,
+    Rigidity,
+    StrainAcceleration,
+    StrainRate,
+    TrajectoryEnergy,
+)
 from symmotion.errors import InputError, SolveError
 from symmotion.files import read_keyframes, read_motion, write_keyframes, write_motion
 from symmotion.motions import Affine, AffineMotion, Keyframes, examples
@@ -14,6 +36,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Affine",
     "AffineMotion",
+    "AngularRate",
     "BSplineBasis",
     "Certificate",
     "Comparison",
@@ -25,17 +48,29 @@ __all__ = [
     "Jet",
     "JetEnergy",
     "Keyframes",
+    "NoInversion",
+    "OnLine",
+    "Periodic",
     "Program",
     "Rigidity",
     "Solution",
     "SolveError",
+    "SpeedBound",
     "Spline",
     "Status",
+    "StrainAcceleration",
+    "StrainRate",
+    "Tolerance",
     "TrajectoryEnergy",
+    "UnitVolume",
+    "Velocity",
     "affine_program",
+    "auto_knots",
+    "auxiliary_keyframes",
     "compare",
     "cubic_interpolant",
     "examples",
+    "keyframe_prices",
     "least_squares",
     "measure",
     "read_keyframes",

@@ -10,12 +10,13 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from symmotion.design import affine_program
+from symmotion.design import MotionConstraint, Periodic, Tolerance, affine_program, auto_knots
 from symmotion.energies import Energy, Rigidity, TrajectoryEnergy
 from symmotion.errors import InputError, SolveError
 from symmotion.files import read_keyframes, write_motion
 from symmotion.files.formats import format_of
-from symmotion.solvers import solver_by_name
+from symmotion.motions import Keyframes
+from symmotion.solvers import Solution, solver_by_name
 
 OBJECTIVES = ("rigidity", "rigidity2", "energy")
 EXAMPLES = {
@@ -115,10 +116,7 @@ def _design(options: argparse.Namespace) -> int:
     keyframes = read_keyframes(options.file)
     try:
         objective = objective_by_name(options.objective, keyframes.dimension)
-        program = affine_program(
-            keyframes, degree=options.degree, refine=options.refine, objective=objective, ends=options.ends
-        )
-        solution = solver_by_name(options.solver).solve(program).require()
+        solution = _solve(options, keyframes, objective)
     except (InputError, SolveError) as error:
         raise type(error)(f"{options.file}: {error}") from error
     for path in options.output:
@@ -128,6 +126,30 @@ def _design(options: argparse.Namespace) -> int:
         print(f"wrote {path}")
     print(solution)
     return 0
+
+
+def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy) -> Solution:
+    """The optimal motion that the options ask for; InputError for options that do not go together."""
+    constraints: list[MotionConstraint] = [Periodic()] if options.periodic else []
+    if options.tolerance is not None:
+        constraints.append(Tolerance(linear=options.tolerance))
+    name = options.solver or ("ipopt" if options.tolerance is not None else "newton")
+    if options.auto_knots is not None:
+        if constraints:
+            raise InputError("--auto-knots does not go with --periodic or --tolerance: leave one out")
+        solver = solver_by_name(name)
+        return auto_knots(
+            keyframes, degree=options.degree, objective=objective, budget=options.auto_knots, solver=solver
+        ).solution
+    program = affine_program(
+        keyframes,
+        degree=options.degree,
+        refine=options.refine,
+        objective=objective,
+        constraints=constraints,
+        ends=options.ends,
+    )
+    return solver_by_name(name).solve(program).require()
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -174,7 +196,12 @@ def _parser() -> argparse.ArgumentParser:
         help=".json: exact; .csv, .tum: samples",
     )
     design.add_argument("--objective", default="rigidity", metavar="NAME", help="as for compare; default: rigidity")
-    design.add_argument("--solver", default="newton", metavar="NAME", help="default: newton")
+    design.add_argument("--solver", metavar="NAME", help="default: newton, with --tolerance ipopt")
+    design.add_argument("--periodic", action="store_true", help="close the motion with its derivatives")
+    design.add_argument("--tolerance", type=float, metavar="E", help="meet each entry of the A*ᵢ to within E only")
+    design.add_argument(
+        "--auto-knots", type=int, metavar="N", help="insert at most N knots where distortion is largest"
+    )
     design.add_argument("--ends", default="natural", metavar="NAME", help="of the start: natural, not-a-knot, periodic")
     design.add_argument("--rate", type=float, metavar="R", help="samples per unit of time; default: 200 in all")
     design.add_argument(

@@ -66,6 +66,11 @@ def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_pa
         (["design", "{poses}", "-o", "{tmp}/m.json", "--degree", "three"], "invalid int value: 'three'"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--ends", "periodic"], "last keyframe equal to the first"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--solver", "elimination", "--degree", "5"], "insert more knots"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--periodic"], "first and the last keyframe differ"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "-1"], "must be positive"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--solver", "newton"], "inequality; Ipopt()"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--auto-knots", "3"], "leave one out"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "-3"], "budget -3"),
         (["compare", "{poses}", "-o", "{poses}"], "poses.tum"),
         (["compare", "{poses}", "--solvers", "newton", "magic", "-o", "{tmp}/r"], "solver 'magic' is unknown"),
         (["compare", "-o", "{tmp}/r"], "required: FILE"),
@@ -88,6 +93,26 @@ def test_bad_input_is_one_line_and_status_2(arguments, message, poses, tmp_path,
     assert error.count("\n") == 1
     assert not (tmp_path / "m.json").exists()
     assert not (tmp_path / "r").exists()
+
+
+@pytest.mark.parametrize(
+    "flags",
+    [["--periodic"], ["--tolerance", "0.02"], ["--auto-knots", "6"], ["--periodic", "--tolerance", "0.02"]],
+    ids=lambda flags: " ".join(flags),
+)
+def test_design_takes_conditions_and_automatic_knots(flags, tmp_path):
+    closed = KEYS.moved(-1, KEYS.linear[0], KEYS.translation[0])
+    path, out = tmp_path / "closed.json", tmp_path / "m.json"
+    sm.write_keyframes(closed, path)
+    assert main(["design", str(path), "-o", str(out), *flags]) == 0
+    motion = sm.read_motion(out)
+    off = np.abs(motion(closed.times).linear - closed.linear).max()
+    assert off == pytest.approx(0.02, abs=1e-5) if "--tolerance" in flags else off < 1e-9
+    if "--periodic" in flags:
+        a, b = motion.domain
+        np.testing.assert_allclose(motion(a, 2).linear, motion(b, 2).linear, atol=1e-6)
+    if "--auto-knots" in flags:
+        assert len(motion.basis.breakpoints) == len(closed) + 6
 
 
 def test_a_failed_solve_is_status_1_and_writes_no_motion(poses, tmp_path, capsys):

@@ -6,7 +6,16 @@ from pathlib import Path
 import pytest
 
 import symmotion as sm
-from studies import planar_keyframes, recorded_poses, solvers, spatial_keyframes, two_keyframes
+from studies import (
+    invariance,
+    keyframe_prices,
+    knots,
+    planar_keyframes,
+    recorded_poses,
+    solvers,
+    spatial_keyframes,
+    two_keyframes,
+)
 from symmotion.report import StudyOptions
 
 
@@ -83,3 +92,29 @@ def test_solvers_study(monkeypatch):
     assert certified(result)
     assert [r["keyframes"] for r in table(result, "speed")] == [4, 20, 100, 1000]
     assert len(table(result, "limits")) == 4
+
+
+def test_invariance_moves_r_and_not_s():
+    result = invariance.STUDY.run(StudyOptions())
+    moved = {(r["objective"], r["moving frame"]): r["minimiser moved"] for r in table(result, "frames")}
+    assert moved["R", "sheared"] == pytest.approx(0.26213, rel=1e-3)
+    assert max(v for (name, _), v in moved.items() if name in ("S", "S*")) < 1e-9
+    assert certified(result)
+
+
+def test_keyframe_prices_find_the_keyframe_that_is_off():
+    result = keyframe_prices.STUDY.run(StudyOptions())
+    first = table(result, "prices")[0]
+    assert first["keyframe"] == 3
+    assert first["‖λ‖"] == pytest.approx(2.1351, rel=1e-4)
+    small = table(result, "predicted and actual")[0]
+    assert small["actual change"] == pytest.approx(small["predicted change"], rel=0.03)
+    assert certified(result)
+
+
+def test_knots_compares_automatic_with_uniform():
+    result = knots.STUDY.run(StudyOptions())
+    rows = {(r["keyframes"], r["unknowns"]): r for r in table(result, "knots")}
+    assert rows["uneven turns", 156]["automatic knots"] == pytest.approx(0.007433, rel=1e-3)
+    assert rows["uneven turns", 156]["ratio"] > 5
+    assert certified(result, ("newton",))

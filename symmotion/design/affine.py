@@ -2,22 +2,22 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from time import perf_counter
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy import sparse
 
-from symmotion.energies import HIGHEST_ORDER, Energy, Jet, Rigidity
+from symmotion.design.constraints import MotionConstraint, Space, require_independent
+from symmotion.design.jets import UNKNOWN, JetKernel, nodes_for
+from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
 from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.program import Block, BlockEvaluator, Constraint, Kernel, Program
-from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant, gauss
+from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
 from symmotion.splines.interpolation import require_schoenberg_whitney
 
-UNKNOWN = "controls"
 RIGIDITY = Rigidity()
 
 
@@ -27,7 +27,7 @@ def affine_program(
     degree: int = 3,
     refine: int = 1,
     objective: Energy = RIGIDITY,
-    constraints: Sequence[Any] = (),
+    constraints: Sequence[MotionConstraint] = (),
     ends: str = "natural",
     end_rates: Affine | None = None,
     knots=None,
@@ -42,17 +42,21 @@ def affine_program(
     degree: at least 1. refine: knots inserted in every segment, equally spaced, beside the
     simple knots at the keyframe times; or `knots`, the inner knots in increasing order, instead.
     objective: an energy or weighted sum of energies, Rigidity() when left out.
+    constraints: further conditions (Velocity, AngularRate, Periodic, UnitVolume, OnLine, Tolerance,
+        NoInversion, SpeedBound), each with multipliers under its name.
     ends: of the C² cubic interpolant that is the start: "natural", "not-a-knot", "clamped" with
     `end_rates` (linear (2, d, d), translation (2, d)) or "periodic".
 
     Raises InputError for what cannot be: more conditions in a span than controls, an end
-    condition that needs more keyframes, an objective of another dimension.
+    condition that needs more keyframes, an objective of another dimension, conditions that
+    repeat or contradict each other.
     """
     began = perf_counter()
     if not isinstance(objective, Energy):
         raise InputError(f"objective {objective!r} is no energy")
-    if constraints:
-        raise InputError("constraints beside the keyframes are not supported yet")
+    for c in constraints:
+        if not isinstance(c, MotionConstraint):
+            raise InputError(f"constraint {c!r} is no condition on a motion")
     if isinstance(degree, bool) or int(degree) != degree or degree < 1:
         raise InputError(f"degree {degree!r}: a whole number, 1 or more, is needed")
     if isinstance(refine, bool) or int(refine) != refine or refine < 0:
@@ -62,7 +66,7 @@ def affine_program(
     values = np.concatenate([keyframes.linear.reshape(len(keyframes), -1), keyframes.translation], axis=1)
     slopes = None if end_rates is None else np.concatenate([end_rates[0].reshape(2, -1), end_rates[1]], axis=1)
     start = represent(basis, cubic_interpolant(keyframes.times, values, ends, slopes), keyframes.times)
-    program = AffineDesign(keyframes, objective, start).program()
+    program = AffineDesign(keyframes, objective, start, tuple(constraints)).program()
     return replace(program, build_seconds=perf_counter() - began)
 
 
@@ -101,13 +105,14 @@ class AffineDesign:
     keyframes: Keyframes
     objective: Energy
     start: Spline
+    constraints: tuple[MotionConstraint, ...] = ()
 
     @property
     def basis(self) -> BSplineBasis:
         return self.start.basis
 
     @cached_property
-    def _terms(self) -> list[tuple[float, Energy, "JetKernel"]]:
+    def _terms(self) -> list[tuple[float, Energy, JetKernel]]:
         return [(w, e, JetKernel.of(e, self.keyframes.dimension)) for w, e in self.objective.parts if w > 0]
 
     @cached_property
@@ -115,33 +120,56 @@ class AffineDesign:
         """Coordinates per control in the program: d², or d² + d where the objective sees the translation."""
         return max(kernel.kernel.channels for _, _, kernel in self._terms)
 
+    @property
+    def space(self) -> Space:
+        return Space(self.keyframes, self.basis, self.channels)
+
     def program(self) -> Program:
         """The program of this question."""
         start = {UNKNOWN: np.ascontiguousarray(self.start.control_points[:, : self.channels])}
+        motion = self.motion(start)
         terms, names = [], set()
         for weight, energy, kernel in self._terms:
-            name, k = energy.name, 2
-            while name in names:
-                name, k = f"{energy.name} ({k})", k + 1
-            names.add(name)
-            terms.append(kernel.block(name, self.basis, energy.nodes(self.basis.degree), weight))
-        return Program(start, tuple(terms), (self._interpolation(),), self)
+            name = _distinct(energy.name, names)
+            terms.append(kernel.integral(name, self.basis, nodes_for(energy, motion), weight))
+        given = [self._interpolation(*group) for group in self._given]
+        taken = {c.name for c in given}
+        extra = [replace(c, name=_distinct(c.name, taken)) for c in self.constraints]
+        program = Program(start, tuple(terms), (*given, *(c.build(self.space) for c in extra)), self)
+        if extra:
+            require_independent(program)
+        return program
 
-    def _interpolation(self) -> Constraint:
-        z, target = ca.SX.sym("z", self.channels), ca.SX.sym("target", self.channels)
-        kernel = Kernel(z, target, z - target, self.channels)
-        times = self.keyframes.times
-        operator = self.basis.matrix(times)
+    @cached_property
+    def _given(self) -> list[tuple[str, np.ndarray, slice]]:
+        """The interpolation conditions: name, keyframes and coordinates of each group that is not empty."""
+        d, every = self.keyframes.dimension, set(range(len(self.keyframes)))
+        freed = [c.frees(self.space) for c in self.constraints]
+        linear, translation = (every - set().union(*(f[k] for f in freed)) for k in (0, 1))
+        whole = slice(0, self.channels)
+        if self.channels == d * d:
+            groups = [("keyframes", linear, whole)]
+        else:
+            groups = [
+                ("keyframes", linear & translation, whole),
+                ("keyframes, linear part", linear - translation, slice(0, d * d)),
+                ("keyframes, translation", translation - linear, slice(d * d, d * d + d)),
+            ]
+        return [(name, np.array(sorted(which)), part) for name, which, part in groups if which]
+
+    def _interpolation(self, name: str, which: np.ndarray, part: slice) -> Constraint:
+        size = part.stop - part.start
+        z, target = ca.SX.sym("z", size), ca.SX.sym("target", size)
+        operator = self.basis.matrix(self.keyframes.times[which])
         operator.eliminate_zeros()
-        block = Block(
-            "keyframes", kernel, UNKNOWN, slice(0, self.channels), operator, 1, np.ones(len(times)), self._targets
-        )
-        return Constraint.equality(block)
+        kernel = Kernel(z, target, z - target, size)
+        data = self._targets[which, part]
+        return Constraint.equality(Block(name, kernel, UNKNOWN, part, operator, 1, np.ones(len(which)), data))
 
     @property
     def _targets(self) -> np.ndarray:
         keys = self.keyframes
-        return np.concatenate([keys.linear.reshape(len(keys), -1), keys.translation], axis=1)[:, : self.channels]
+        return np.concatenate([keys.linear.reshape(len(keys), -1), keys.translation], axis=1)
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> AffineMotion:
         """The motion of the program's unknowns."""
@@ -161,9 +189,20 @@ class AffineDesign:
         """
         m, d = len(self.keyframes), self.keyframes.dimension
         shaped = np.zeros((m, d * d + d))
-        shaped[:, : self.channels] = multipliers["keyframes"]
+        for name, which, part in self._given:
+            shaped[which, part] = multipliers[name]
         keyframes = Affine(shaped[:, : d * d].reshape(m, d, d), shaped[:, d * d :])
-        return {**multipliers, "keyframes": keyframes}
+        groups = {name for name, _, _ in self._given}
+        return {"keyframes": keyframes, **{name: v for name, v in multipliers.items() if name not in groups}}
+
+    def quadrature_errors(self, motion: AffineMotion, program: Program) -> dict[str, float]:
+        """By term, how much twice as many Gauss nodes change its value: zero up to rounding where it is exact."""
+        controls, errors = motion.spline.control_points, {}
+        for (weight, _, kernel), block in zip(self._terms, program.terms, strict=True):
+            finer = kernel.integral(block.name, motion.basis, 2 * block.nodes, weight)
+            values = [BlockEvaluator(b).value(b.rows(controls)) for b in (block, finer)]
+            errors[block.name] = abs(values[1] - values[0])
+        return errors
 
     def with_keyframes(self, program: Program, keyframes: Keyframes) -> Program:
         """The program for other keyframes; structure and kernels are kept where the times are the same."""
@@ -184,9 +223,11 @@ class AffineDesign:
         start = Spline(self.basis, self.start.control_points + shift.control_points)
         design = replace(self, keyframes=keyframes, start=start)
         controls = {UNKNOWN: np.ascontiguousarray(start.control_points[:, : self.channels])}
-        return program.with_data(
-            "keyframes", design._targets, start=controls, design=design, build_seconds=perf_counter() - began
-        )
+        if self.constraints:
+            # Conditions may hold data of the keyframes, so they are made anew; the kernels are cached.
+            return replace(design.program(), build_seconds=perf_counter() - began)
+        moved = program.with_data("keyframes", design._targets[:, : self.channels], start=controls, design=design)
+        return replace(moved, build_seconds=perf_counter() - began)
 
     def stages(self, by: str) -> Iterator[Program]:
         """Smaller programs that lead to this one by steps, coarsest first (HJK 4.4, 5.1).
@@ -212,64 +253,10 @@ class AffineDesign:
         return replace(self, start=represent(basis, self.start, self.keyframes.times)).program()
 
 
-def measure(motion: AffineMotion, energy: Energy) -> float:
-    """The value of an energy for a motion."""
-    controls = motion.spline.control_points
-    total = 0.0
-    for weight, part in energy.parts:
-        kernel = JetKernel.of(part, motion.dimension)
-        block = kernel.block(part.name, motion.basis, part.nodes(motion.degree), weight)
-        total += BlockEvaluator(block).value(block.rows(controls))
-    return total
-
-
-@dataclass(frozen=True, eq=False)
-class JetKernel:
-    """An energy's integrand as a kernel of the jet's entries that it uses.
-
-    orders: the derivative orders that are the kernel's rows.
-    """
-
-    kernel: Kernel
-    orders: tuple[int, ...]
-
-    @staticmethod
-    @lru_cache(maxsize=64)
-    def of(energy: Energy, d: int) -> "JetKernel":
-        """The kernel of an energy in dimension d."""
-        jet, names = _jet(d)
-        residuals = energy.residuals(jet)
-        out = ca.SX(energy.integrand(jet)) if residuals is None else residuals
-        used = [names[s.name()] for s in ca.symvar(out) if s.name() in names]
-        if not used:
-            raise InputError(f"the integrand of {energy.name} does not depend on the motion")
-        orders = tuple(sorted({order for order, _ in used}))
-        channels = d * d + d if max(channel for _, channel in used) >= d * d else d * d
-        z = [ca.vertcat(ca.vec(jet.linear[o].T), jet.translation[o])[:channels] for o in orders]
-        kernel = Kernel(ca.vertcat(*z), jet.t, out, channels, squares=residuals is not None)
-        return JetKernel(kernel, orders)
-
-    def block(self, name: str, basis: BSplineBasis, nodes: int, weight: float) -> Block:
-        """The energy's integral over the spans of a basis, by `nodes` Gauss nodes each."""
-        points, weights = gauss(basis, nodes)
-        t = points.ravel()
-        local = [basis.local(t, order) for order in self.orders]
-        rows = len(self.orders)
-        columns = np.stack([indices for indices, _ in local], axis=1)
-        values = np.stack([v for _, v in local], axis=1)
-        pointers = np.arange(t.size * rows + 1) * columns.shape[2]
-        operator = sparse.csr_array((values.ravel(), columns.ravel(), pointers), shape=(t.size * rows, basis.n))
-        channels = slice(0, self.kernel.channels)
-        return Block(name, self.kernel, UNKNOWN, channels, operator, nodes, weight * weights.ravel(), t[:, None])
-
-
-@lru_cache(maxsize=4)
-def _jet(d: int) -> tuple[Jet, dict[str, tuple[int, int]]]:
-    """The symbols of a jet, and for the name of each its derivative order and channel."""
-    linear, translation, names = [], [], {}
-    for order in range(HIGHEST_ORDER + 1):
-        entries = [ca.SX.sym(f"jet_{order}_{channel}") for channel in range(d * d + d)]
-        names |= {s.name(): (order, channel) for channel, s in enumerate(entries)}
-        linear.append(ca.reshape(ca.vertcat(*entries[: d * d]), d, d).T)
-        translation.append(ca.vertcat(*entries[d * d :]))
-    return Jet(tuple(linear), tuple(translation), ca.SX.sym("t")), names
+def _distinct(name: str, taken: set[str]) -> str:
+    """The name, numbered where it is taken; added to those taken."""
+    fresh, k = name, 2
+    while fresh in taken:
+        fresh, k = f"{name} ({k})", k + 1
+    taken.add(fresh)
+    return fresh

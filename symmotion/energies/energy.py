@@ -38,6 +38,11 @@ class Energy:
         return 2 * degree
 
     @property
+    def exact(self) -> bool:
+        """Whether `nodes` integrates exactly; where not, programs choose the number by the error."""
+        return True
+
+    @property
     def parts(self) -> tuple[tuple[float, "Energy"], ...]:
         """The (weight, energy) pairs that this is the sum of."""
         return ((1.0, self),)
@@ -90,7 +95,7 @@ class JetEnergy(Energy):
     function: from a `Jet` to a scalar φ, or, with `squares`, to a column of residuals whose
         sum of squares is φ (preferred where it exists: the solver then has a Gauss–Newton matrix).
     label: its name in programs and reports.
-    gauss_nodes: per span; 2·degree when left out, which is exact for φ up to the degree of R.
+    gauss_nodes: per span; when left out, as many as the quadrature error asks for.
 
         JetEnergy(lambda jet: jet.ddv, squares=True, label="acceleration of the origin")
     """
@@ -117,3 +122,7 @@ class JetEnergy(Energy):
 
     def nodes(self, degree: int) -> int:
         return self.gauss_nodes or 2 * degree
+
+    @property
+    def exact(self) -> bool:
+        return self.gauss_nodes is not None

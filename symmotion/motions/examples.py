@@ -40,6 +40,12 @@ def spatial_keyframes() -> Keyframes:
     return Keyframes.parametrised(linear, translation, "centripetal")
 
 
+def uneven_turns() -> Keyframes:
+    """Seven planar keyframes at times 0 to 6 that hardly turn, but for two quick turns between them."""
+    angles = (0, 5, 10, 120, 125, 130, 280)
+    return Keyframes(np.arange(7.0), [rotation_2d(a) for a in angles], [[float(k), 0.0] for k in range(7)])
+
+
 def random_keyframes(count: int, angle: float, seed: int) -> Keyframes:
     """Rigid keyframes in space, each turned against the one before by `angle` degrees about a random axis.
 

@@ -13,7 +13,7 @@ from symmotion.errors import InputError
 from symmotion.program.block import Block
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Constraint:
     """lower ≤ kernel ≤ upper at every node of a block; an equality where both are the same.
 

@@ -1,0 +1,128 @@
+"""Where to insert knots, driven by the integrand (HJK 4.2 leave it open), and auxiliary keyframes (HJK 4.1)."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+
+from symmotion.design.affine import affine_program
+from symmotion.design.jets import JetKernel, nodes_for
+from symmotion.energies import Energy
+from symmotion.errors import InputError
+from symmotion.motions import AffineMotion, Keyframes
+from symmotion.program import BlockEvaluator
+from symmotion.solvers import ExactNewton, Solution
+from symmotion.splines import cubic_interpolant
+
+
+@dataclass(frozen=True, eq=False)
+class KnotSearch:
+    """What `auto_knots` did: the solution of every stage, the last the one of least objective.
+
+    reason: why it stopped.
+    """
+
+    stages: tuple[Solution, ...]
+    reason: str
+
+    @property
+    def solution(self) -> Solution:
+        return self.stages[-1]
+
+    @property
+    def motion(self) -> AffineMotion:
+        return self.solution.motion
+
+    @property
+    def history(self) -> list[tuple[int, float]]:
+        """Unknowns and objective of every stage."""
+        return [(s.program.unknowns, s.objective) for s in self.stages]
+
+
+def auto_knots(
+    keyframes: Keyframes,
+    *,
+    degree: int = 3,
+    objective: Energy,
+    budget: int,
+    fall: float = 1e-3,
+    share: float = 0.3,
+    solver: Any = None,
+) -> KnotSearch:
+    """Insert knots where the integrand of the objective is largest, and solve again, until it pays no more.
+
+    Starts with simple knots at the keyframe times. At every stage the spans that together hold
+    `share` of the objective are halved, each stage starting from the optimum before.
+
+    budget: most inserted knots; fall: least relative fall of the objective by a stage, below which
+    it stops. solver: ExactNewton() when left out. Raises SolveError where a stage is not solved.
+    """
+    if budget < 0 or not 0 < share <= 1 or not 0 <= fall < 1:
+        raise InputError(f"budget {budget} ≥ 0, share {share:g} in (0, 1] and fall {fall:g} in [0, 1) are needed")
+    solver = solver or ExactNewton()
+    inner = keyframes.times[1:-1]
+    stages = [solver.solve(affine_program(keyframes, degree=degree, refine=0, objective=objective)).require()]
+    while True:
+        left = budget - (len(inner) - (len(keyframes) - 2))
+        if left <= 0:
+            return KnotSearch(tuple(stages), f"the budget of {budget} knots is used")
+        motion = stages[-1].motion
+        ends, contributions = motion.basis.breakpoints, span_contributions(motion, objective)
+        order = np.argsort(-contributions, kind="stable")
+        needed = int(np.searchsorted(np.cumsum(contributions[order]), share * contributions.sum())) + 1
+        chosen = order[: min(needed, left)]
+        inner = np.sort(np.concatenate([inner, 0.5 * (ends[chosen] + ends[chosen + 1])]))
+        program = affine_program(keyframes, degree=degree, objective=objective, knots=inner)
+        stages.append(solver.solve(program, start=motion).require())
+        before, after = stages[-2].objective, stages[-1].objective
+        if before - after < fall * abs(before):
+            return KnotSearch(tuple(stages), f"the last stage lowered the objective by less than {fall:g}")
+
+
+def span_contributions(motion: AffineMotion, objective: Energy) -> np.ndarray:
+    """(S,) what each span of a motion adds to an objective."""
+    total = np.zeros(len(motion.basis.breakpoints) - 1)
+    for weight, part in objective.parts:
+        nodes = nodes_for(part, motion)
+        block = JetKernel.of(part, motion.dimension).integral(part.name, motion.basis, nodes, weight)
+        density = BlockEvaluator(block).density(block.rows(motion.spline.control_points))
+        total += (density * block.weights.reshape(density.shape)).sum(axis=1)
+    return total
+
+
+def auxiliary_keyframes(keyframes: Keyframes, per_segment: int = 1, rigid: bool = False) -> Keyframes:
+    """The keyframes with `per_segment` more in every segment, from the cubic through four neighbours (HJK 4.1).
+
+    rigid: orthonormalise the new ones (polar factor). Fewer than four keyframes take the
+    polynomial through all. For keyframes so far apart that optimisation fails: optimise
+    through these first, then start the true problem from that motion.
+    """
+    if per_segment < 1:
+        raise InputError(f"per_segment {per_segment}: at least 1 auxiliary keyframe is needed")
+    m, times = len(keyframes), keyframes.times
+    values = np.concatenate([keyframes.linear.reshape(m, -1), keyframes.translation], axis=1)
+    new_times, new_values = [], []
+    for i in range(m - 1):
+        first = int(np.clip(i - 1, 0, max(0, m - 4)))
+        window = slice(first, min(first + 4, m))
+        ends = "not-a-knot" if m >= 4 else "natural"
+        local = cubic_interpolant(times[window], values[window], ends)
+        t = times[i] + (times[i + 1] - times[i]) * np.arange(1, per_segment + 1) / (per_segment + 1)
+        new_times.append(t)
+        new_values.append(local(t))
+    every = np.concatenate([times, *new_times])
+    order = np.argsort(every)
+    d = keyframes.dimension
+    added = np.concatenate(new_values)
+    linear = added[:, : d * d].reshape(-1, d, d)
+    if rigid:
+        linear = np.stack([la.polar(a)[0] for a in linear])
+        if (np.linalg.det(linear) < 0).any():
+            i = int(np.argmax(np.linalg.det(linear) < 0)) // per_segment
+            raise InputError(f"between keyframes {i} and {i + 1} the cubic is reflected: give a keyframe there")
+    return Keyframes(
+        every[order],
+        np.concatenate([keyframes.linear, linear])[order],
+        np.concatenate([keyframes.translation, added[:, d * d :]])[order],
+    )

@@ -1,0 +1,67 @@
+"""Multipliers as answers: what each keyframe costs, and which way to move it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.motions import Affine, Keyframes
+from symmotion.solvers import Solution
+
+
+@dataclass(frozen=True, eq=False)
+class KeyframePrices:
+    """How the optimum f* changes with the keyframes: ∂f*/∂A*ᵢ = −λᵢ, ∂f*/∂v*ᵢ alike.
+
+    gradient: linear (M, d, d) and translation (M, d), in units of the objective per unit of
+        entry; turning: (M, 3) in space, (M,) in the plane, the change per radian of turning keyframe
+        i about the fixed axes through its own origin.
+    """
+
+    keyframes: Keyframes
+    gradient: Affine
+
+    @property
+    def size(self) -> np.ndarray:
+        """(M,) ‖λᵢ‖ over all entries of a keyframe."""
+        squares = (self.gradient.linear**2).sum(axis=(1, 2)) + (self.gradient.translation**2).sum(axis=1)
+        return np.sqrt(squares)
+
+    @property
+    def ranking(self) -> np.ndarray:
+        """(M,) the keyframes, the most expensive first."""
+        return np.argsort(-self.size, kind="stable")
+
+    @property
+    def turning(self) -> np.ndarray:
+        """Change of the optimum per radian: ⟨∂f*/∂A*, [eₖ] A*⟩."""
+        product = self.gradient.linear @ np.swapaxes(self.keyframes.linear, 1, 2)
+        if self.keyframes.dimension == 2:
+            return product[:, 1, 0] - product[:, 0, 1]
+        pairs = ((2, 1), (0, 2), (1, 0))
+        return np.stack([product[:, i, j] - product[:, j, i] for i, j in pairs], axis=1)
+
+    def predict(self, keyframes: Keyframes) -> float:
+        """First-order change of the optimum when the keyframes become these."""
+        if len(keyframes) != len(self.keyframes) or keyframes.dimension != self.keyframes.dimension:
+            raise InputError("the keyframes to compare with must be as many, in the same dimension")
+        linear = np.sum(self.gradient.linear * (keyframes.linear - self.keyframes.linear))
+        return float(linear + np.sum(self.gradient.translation * (keyframes.translation - self.keyframes.translation)))
+
+    def downhill(self, i: int, length: float) -> Keyframes:
+        """The keyframes with number i moved by `length` (Frobenius) the way that lowers the optimum fastest."""
+        if not self.size[i] > 1e-12 * max(1.0, self.size.max()):
+            raise InputError(f"keyframe {i} costs nothing: no direction lowers the optimum")
+        share = -length / self.size[i]
+        return self.keyframes.moved(
+            i,
+            self.keyframes.linear[i] + share * self.gradient.linear[i],
+            self.keyframes.translation[i] + share * self.gradient.translation[i],
+        )
+
+
+def keyframe_prices(solution: Solution) -> KeyframePrices:
+    """The prices of the keyframes at a solution; the multipliers with their sign turned."""
+    multipliers = solution.multipliers["keyframes"]
+    gradient = Affine(-multipliers.linear, -multipliers.translation)
+    return KeyframePrices(solution.program.design.keyframes, gradient)

@@ -1,0 +1,113 @@
+"""Rotations as CasADi expressions, smooth through zero with all derivatives, and the jet of a quaternion curve.
+
+Scalar first. Where a formula is 0/0, a power series in the squared norm takes its place: `if_else` on
+that square, with the other branch kept away from zero so that no derivative of it is NaN.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import factorial
+
+import casadi as ca
+
+# Up to here the series, of 9 terms for cos and sin and 12 for the logarithm, are exact to rounding.
+SMALL_SQUARE = 0.25
+SMALL_VERSINE = 0.05
+
+
+def product(p: ca.SX, q: ca.SX) -> ca.SX:
+    """p q, quaternions (4, 1)."""
+    return ca.vertcat(
+        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+        p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
+        p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
+    )
+
+
+def conjugate(q: ca.SX) -> ca.SX:
+    """(w, −x, −y, −z)."""
+    return ca.vertcat(q[0], -q[1], -q[2], -q[3])
+
+
+def exp(v: ca.SX) -> ca.SX:
+    """exp(v) = (cos |v|, sin |v| v/|v|), v (3, 1)."""
+    s = ca.sumsqr(v)
+    small = s < SMALL_SQUARE
+    angle = ca.sqrt(ca.if_else(small, 1.0, s))
+    cosine = ca.if_else(small, _series([(-1) ** k / factorial(2 * k) for k in range(9)], s), ca.cos(angle))
+    ratio = [(-1) ** k / factorial(2 * k + 1) for k in range(9)]
+    sinc = ca.if_else(small, _series(ratio, s), ca.sin(angle) / angle)
+    return ca.vertcat(cosine, sinc * v)
+
+
+def log(q: ca.SX, turns: "ca.SX | float" = 0.0) -> ca.SX:
+    """The v (3, 1) with exp(v) = q for a unit quaternion, |v| < π; with `turns`, 2π · turns longer.
+
+    v = h(w) Im q with h = θ/sin θ, cos θ = w. As a function of w alone it is smooth at w = 1, is
+    defined beyond, and fixes the length of q: no gauge is left for a solver to drift along.
+    """
+    y = 1.0 - q[0]
+    small = y < SMALL_VERSINE
+    safe = ca.if_else(small, 1.0, y)
+    cosine = ca.fmax(1.0 - safe, -1.0 + 1e-12)
+    sine = ca.sqrt((1.0 - cosine) * (1.0 + cosine))
+    # θ/sin θ = Σ 4ᵏ (k!)²/(2k + 1)! (y/2)ᵏ.
+    terms = [4.0**k * factorial(k) ** 2 / factorial(2 * k + 1) / 2.0**k for k in range(12)]
+    ratio = ca.if_else(small, _series(terms, y), ca.acos(cosine) / sine)
+    if isinstance(turns, ca.SX):
+        ratio += ca.if_else(turns == 0.0, 0.0, 2 * ca.pi * turns / ca.if_else(small, 1.0, sine))
+    return ratio * q[1:]
+
+
+def _series(coefficients: Sequence[float], x: ca.SX) -> ca.SX:
+    result = ca.SX(coefficients[-1])
+    for c in reversed(coefficients[:-1]):
+        result = c + x * result
+    return result
+
+
+def rotate_back(e: ca.SX, v: ca.SX) -> ca.SX:
+    """e⁻¹ v e."""
+    t = 2 * ca.cross(e[1:], v)
+    return v - e[0] * t + ca.cross(e[1:], t)
+
+
+@dataclass(frozen=True, eq=False)
+class RotationJet:
+    """A rotation's angular rate and acceleration in the body frame at one parameter, as symbols or expressions.
+
+    rate: Ω (3, 1) in rad/s; acceleration: Ω̇ (3, 1) in rad/s².
+    """
+
+    rate: ca.SX
+    acceleration: ca.SX
+
+    def torque(self, inertia: ca.DM) -> ca.SX:
+        """τ = J Ω̇ + Ω × JΩ (3, 1), what turns a body of inertia J about its centre of mass."""
+        return inertia @ self.acceleration + ca.cross(self.rate, inertia @ self.rate)
+
+
+def increments(controls: Sequence[ca.SX], turns: ca.SX) -> list[ca.SX]:
+    """ω_l = log(q_{l−1}⁻¹ q_l) of neighbouring controls, `turns` (p,) times 2π longer."""
+    pairs = zip(controls, controls[1:], strict=False)
+    return [log(product(conjugate(a), b), turns[k]) for k, (a, b) in enumerate(pairs)]
+
+
+def orientation(first: ca.SX, ways: Sequence[ca.SX], weights: ca.SX) -> ca.SX:
+    """q_a Π exp(ω_l b_l), weights b (p,): KKS (7) on one span."""
+    q = first
+    for k, way in enumerate(ways):
+        q = product(q, exp(weights[k] * way))
+    return q
+
+
+def rates(ways: Sequence[ca.SX], weights: ca.SX, first: ca.SX, second: ca.SX) -> RotationJet:
+    """The jet of Π exp(ω_l b_l): Ω ← RᵀΩ + 2ω ḃ, Ω̇ ← RᵀΩ̇ + RᵀΩ × 2ω ḃ + 2ω b̈, factor by factor."""
+    rate, acceleration = 2 * first[0] * ways[0], 2 * second[0] * ways[0]
+    for k in range(1, len(ways)):
+        e = exp(weights[k] * ways[k])
+        added, moved = 2 * first[k] * ways[k], rotate_back(e, rate)
+        acceleration = rotate_back(e, acceleration) + ca.cross(moved, added) + 2 * second[k] * ways[k]
+        rate = moved + added
+    return RotationJet(rate, acceleration)
