@@ -6,7 +6,6 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import NoReturn
 
 from rich.console import Console
 from rich.markup import escape
@@ -14,6 +13,7 @@ from rich.table import Table
 
 import studies
 from studies.running import run_all
+from symmotion.cli import Parser
 from symmotion.errors import InputError
 from symmotion.report import Study, StudyOptions, StudyRecord, require_writable, write_report
 
@@ -23,11 +23,6 @@ examples:
   python -m studies                                     all of them, in minutes, into report/
   python -m studies solvers --full -o paper --jobs 2    one in its long form, into paper/
 """
-
-
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -62,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+    parser = Parser(
         prog=PROGRAM,
         description="Run studies and write one report, index.html and report.json.",
         epilog=EXAMPLE,

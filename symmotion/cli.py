@@ -31,7 +31,7 @@ example:
 }
 
 
-class _Parser(argparse.ArgumentParser):
+class Parser(argparse.ArgumentParser):
     """Errors in one line, without the usage."""
 
     def error(self, message: str) -> NoReturn:
@@ -153,8 +153,8 @@ def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy)
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="symmotion", description="Smooth motions through keyframes.")
-    commands = parser.add_subparsers(title="commands", required=True, dest="name", parser_class=_Parser)
+    parser = Parser(prog="symmotion", description="Smooth motions through keyframes.")
+    commands = parser.add_subparsers(title="commands", required=True, dest="name", parser_class=Parser)
     compare = commands.add_parser(
         "compare",
         help="solvers side by side on your keyframes, as a report",
@@ -199,9 +199,7 @@ def _parser() -> argparse.ArgumentParser:
     design.add_argument("--solver", metavar="NAME", help="default: newton, with --tolerance ipopt")
     design.add_argument("--periodic", action="store_true", help="close the motion with its derivatives")
     design.add_argument("--tolerance", type=float, metavar="E", help="meet each entry of the A*ᵢ to within E only")
-    design.add_argument(
-        "--auto-knots", type=int, metavar="N", help="insert at most N knots where distortion is largest"
-    )
+    design.add_argument("--auto-knots", type=int, metavar="N", help="insert at most N knots, where they pay most")
     design.add_argument("--ends", default="natural", metavar="NAME", help="of the start: natural, not-a-knot, periodic")
     design.add_argument("--rate", type=float, metavar="R", help="samples per unit of time; default: 200 in all")
     design.add_argument(

@@ -9,7 +9,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from symmotion.design.constraints import MotionConstraint, Space, require_independent
+from symmotion.design.constraints import MotionConstraint, Space
+from symmotion.design.independence import require_independent
 from symmotion.design.jets import UNKNOWN, JetKernel, nodes_for
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
