@@ -207,6 +207,7 @@ def _kkt_figure() -> Figure:
     with new_figure(7.0, 3.6) as figure:
         for axes, program in zip(figure.subplots(1, 2), programs.values(), strict=True):
             draw_kkt(axes, program)
+            axes.set_xlabel(f"objective {program.design.objective.name}")
         return to_figure(
             figure,
             "kkt",
