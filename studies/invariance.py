@@ -19,7 +19,7 @@ def run(options: StudyOptions) -> StudyResult:
     keys = sm.examples.spatial_keyframes()
     runs, rows = [], []
     shifts: dict[tuple[str, str], float] = {}
-    t = np.linspace(*keys.times[[0, -1]], 201)
+    t = np.linspace(keys.times[0], keys.times[-1], 201)
     for energy in ENERGIES:
         reference = None
         for frame, b in FRAMES.items():

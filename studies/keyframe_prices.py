@@ -18,7 +18,7 @@ def keyframes() -> sm.Keyframes:
     linear[3] = sm.examples.rotation_2d(112.0)
     path = 6 * np.column_stack([1 - np.cos(np.deg2rad(angles)), np.sin(np.deg2rad(angles))])
     path[3] += [0.5, 0.3]
-    return sm.Keyframes(np.arange(6.0), linear, path)
+    return sm.Keyframes(np.arange(6.0), np.stack(linear), path)
 
 
 def run(options: StudyOptions) -> StudyResult:
@@ -80,7 +80,7 @@ def _prices_figure(keys: sm.Keyframes, solution: sm.Solution, prices) -> Figure:
         draw_body(left, solution.motion, letter_k(), np.linspace(0, 5, 31), COLOURS[0], 0.08)
         share = prices.size / prices.size.max()
         for i, t in enumerate(keys.times):
-            draw_body(left, solution.motion, letter_k(), [t], COLOURS[1], 0.15 + 0.75 * share[i])
+            draw_body(left, solution.motion, letter_k(), np.array([t]), COLOURS[1], 0.15 + 0.75 * share[i])
             left.annotate(str(i), keys.translation[i] + [0.0, 1.1], ha="center", fontsize=9)
         left.margins(0.08, 0.16)
         left.autoscale_view()

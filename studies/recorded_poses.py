@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import symmotion as sm
 from studies.several_keyframes import start_of
+from symmotion.motions.rigid import orthonormalise
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 
@@ -91,8 +92,7 @@ def pick(recording: sm.Keyframes, interval: float) -> sm.Keyframes:
 def _errors(motion: sm.AffineMotion, recording: sm.Keyframes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(N,) each: distance in m, angle in rad and distortion at the recorded times."""
     linear, translation = motion(recording.times)
-    u, _, vt = np.linalg.svd(linear)
-    turned = Rotation.from_matrix(u @ vt)
+    turned = Rotation.from_matrix(orthonormalise(motion, recording.times).rotations)
     angle = (Rotation.from_matrix(recording.linear).inv() * turned).magnitude()
     distortion = np.abs(linear.transpose(0, 2, 1) @ linear - np.eye(3)).max(axis=(1, 2))
     return np.linalg.norm(translation - recording.translation, axis=1), angle, distortion

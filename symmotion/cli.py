@@ -1,4 +1,4 @@
-"""The command line: `symmotion compare` and `symmotion design`."""
+"""The command line: `symmotion compare`, `symmotion design` and `symmotion fair`."""
 
 import argparse
 import re
@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from symmotion.design import MotionConstraint, Periodic, Tolerance, affine_program, auto_knots
+from symmotion.design import MotionConstraint, Periodic, Tolerance, affine_program, auto_knots, free_times_program
 from symmotion.energies import Energy, Rigidity, TrajectoryEnergy
 from symmotion.errors import InputError, SolveError
 from symmotion.files import read_keyframes, write_motion
@@ -27,6 +27,10 @@ example:
     "design": """\
 example:
   symmotion design poses.tum -o motion.json motion.csv --objective rigidity+0.001*energy
+""",
+    "fair": """\
+example:
+  symmotion fair net.json -o fair.json fair.npz --target 0.002
 """,
 }
 
@@ -135,12 +139,17 @@ def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy)
         constraints.append(Tolerance(linear=options.tolerance))
     name = options.solver or ("ipopt" if options.tolerance is not None else "newton")
     if options.auto_knots is not None:
-        if constraints:
-            raise InputError("--auto-knots does not go with --periodic or --tolerance: leave one out")
+        if constraints or options.free_times:
+            raise InputError("--auto-knots does not go with --periodic, --tolerance or --free-times: leave one out")
         solver = solver_by_name(name)
         return auto_knots(
             keyframes, degree=options.degree, objective=objective, budget=options.auto_knots, solver=solver
         ).solution
+    if options.free_times:
+        if constraints:
+            raise InputError("--free-times does not go with --periodic or --tolerance: leave one out")
+        program = free_times_program(keyframes, degree=options.degree, refine=options.refine, objective=objective)
+        return solver_by_name(options.solver or "ipopt").solve(program).require()
     program = affine_program(
         keyframes,
         degree=options.degree,
@@ -150,6 +159,69 @@ def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy)
         ends=options.ends,
     )
     return solver_by_name(name).solve(program).require()
+
+
+def _fair(options: argparse.Namespace) -> int:
+    from symmotion.fairing import fair
+    from symmotion.files.two_parameter import FORMATS, read_two_parameter, write_two_parameter
+
+    for path in options.output:
+        format_of(path, None, FORMATS)  # before the work, not after it
+    motion = read_two_parameter(options.file)
+    region = None if options.region is None else (options.region[:2], options.region[2:])
+    try:
+        result = fair(
+            motion,
+            options.method,
+            target=options.target,
+            max_steps=options.max_steps,
+            tolerance=options.tolerance,
+            weight=options.weight,
+            region=region,
+            parts=options.parts,
+            length=options.length,
+        ).require(options.target)
+    except (InputError, SolveError) as error:
+        raise type(error)(f"{options.file}: {error}") from error
+    for path in options.output:
+        write_two_parameter(result.motion, path)
+        print(f"wrote {path}")
+    print(result)
+    return 0
+
+
+def _add_fair(commands: Any) -> None:
+    fair = commands.add_parser(
+        "fair",
+        help="a two-parameter net made fair",
+        description="Smaller jumps of the third derivatives at the knots; the outermost controls stay.",
+        epilog=EXAMPLES["fair"],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    fair.set_defaults(command=_fair)
+    fair.add_argument(
+        "file",
+        metavar="FILE",
+        type=Path,
+        help=".json, .npz: a motion written by symmotion, or a net: axis, angle [rad], translation, knots_u, knots_v",
+    )
+    fair.add_argument(
+        "-o", "--output", nargs="+", type=Path, required=True, metavar="OUT", help=".json, .npz: the motion, exactly"
+    )
+    fair.add_argument(
+        "--method", default="greedy", metavar="NAME", help="greedy (default), orthogonal, least-squares, bounded"
+    )
+    fair.add_argument("--target", type=float, metavar="G", help="of the sum of squared jumps; default: least reached")
+    fair.add_argument("--max-steps", type=int, metavar="N", help="default: 100 per knot")
+    fair.add_argument("--tolerance", type=float, metavar="D", help="how far a control may go")
+    fair.add_argument("--weight", type=float, metavar="W", help="of least-squares: of the distance to the start")
+    fair.add_argument("--region", type=float, nargs=4, metavar=("U0", "U1", "V0", "V1"), help="fair only there")
+    fair.add_argument(
+        "--parts", metavar="NAME", help="real, dual, translation, real+dual, real+translation; default: all that moves"
+    )
+    fair.add_argument(
+        "--length", type=float, default=1.0, metavar="L", help="unit of dual part, translation; default: 1"
+    )
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -196,10 +268,11 @@ def _parser() -> argparse.ArgumentParser:
         help=".json: exact; .csv, .tum: samples",
     )
     design.add_argument("--objective", default="rigidity", metavar="NAME", help="as for compare; default: rigidity")
-    design.add_argument("--solver", metavar="NAME", help="default: newton, with --tolerance ipopt")
+    design.add_argument("--solver", metavar="NAME", help="default: newton; ipopt with --tolerance and --free-times")
     design.add_argument("--periodic", action="store_true", help="close the motion with its derivatives")
     design.add_argument("--tolerance", type=float, metavar="E", help="meet each entry of the A*ᵢ to within E only")
     design.add_argument("--auto-knots", type=int, metavar="N", help="insert at most N knots, where they pay most")
+    design.add_argument("--free-times", action="store_true", help="choose the inner keyframe times too, order kept")
     design.add_argument("--ends", default="natural", metavar="NAME", help="of the start: natural, not-a-knot, periodic")
     design.add_argument("--rate", type=float, metavar="R", help="samples per unit of time; default: 200 in all")
     design.add_argument(
@@ -208,6 +281,7 @@ def _parser() -> argparse.ArgumentParser:
     for command in (compare, design):
         command.add_argument("--degree", type=int, default=3, metavar="P", help="default: 3")
         command.add_argument("--refine", type=int, default=1, metavar="K", help="knots per segment; default: 1")
+    _add_fair(commands)
     return parser
 
 

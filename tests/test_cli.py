@@ -71,6 +71,8 @@ def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_pa
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--solver", "newton"], "inequality; Ipopt()"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--auto-knots", "3"], "leave one out"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "-3"], "budget -3"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "3", "--free-times"], "leave one out"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--free-times"], "leave one out"),
         (["compare", "{poses}", "-o", "{poses}"], "poses.tum"),
         (["compare", "{poses}", "--solvers", "newton", "magic", "-o", "{tmp}/r"], "solver 'magic' is unknown"),
         (["compare", "-o", "{tmp}/r"], "required: FILE"),
@@ -113,6 +115,15 @@ def test_design_takes_conditions_and_automatic_knots(flags, tmp_path):
         np.testing.assert_allclose(motion(a, 2).linear, motion(b, 2).linear, atol=1e-6)
     if "--auto-knots" in flags:
         assert len(motion.basis.breakpoints) == len(closed) + 6
+
+
+def test_design_frees_the_times(poses, tmp_path):
+    out = tmp_path / "m.json"
+    assert main(["design", str(poses), "-o", str(out), "--free-times"]) == 0
+    given = sm.ExactNewton().solve(sm.affine_program(KEYS)).require()
+    free = sm.read_motion(out)
+    assert free.domain == pytest.approx(given.motion.domain)
+    assert sm.measure(free, sm.Rigidity()) < given.objective
 
 
 def test_a_failed_solve_is_status_1_and_writes_no_motion(poses, tmp_path, capsys):

@@ -183,11 +183,31 @@ def test_nonlinear_constraints_and_bounds_go_to_ipopt(bound):
     solution = sm.Ipopt().solve(program).require(1e-7)
     np.testing.assert_allclose(solution.x, np.array([2, 1]) / np.sqrt(5), atol=1e-7)
     assert solution.multipliers["circle"].item() == pytest.approx(np.sqrt(5) - 1, abs=1e-6)
-    assert solution.inertia == ("unknown" if bound else "positive")
+    assert solution.inertia == "positive"
     word = "an inequality" if bound else "nonlinear"
-    for solver in (sm.ExactNewton(), sm.Elimination()):
-        with pytest.raises(sm.InputError, match=f"linear equalities only and 'circle' is {word}"):
-            solver.solve(program)
-    row = sm.compare(program, [sm.ExactNewton()]).solutions[0]
+    with pytest.raises(sm.InputError, match=f"linear equalities only and 'circle' is {word}"):
+        sm.Elimination().solve(program)
+    row = sm.compare(program, [sm.Elimination()]).solutions[0]
     assert row.status == "unsupported"
     assert "circle" in row.message
+
+
+def test_newton_takes_nonlinear_equalities_and_no_inequalities():
+    program = circle_program(False)
+    solution = sm.ExactNewton().solve(program).require(1e-10)
+    np.testing.assert_allclose(solution.x, np.array([2, 1]) / np.sqrt(5), atol=1e-10)
+    assert solution.multipliers["circle"].item() == pytest.approx(np.sqrt(5) - 1, abs=1e-9)
+    assert solution.inertia == "positive"
+    with pytest.raises(sm.InputError, match='nonlinear: use system="sparse"'):
+        sm.ExactNewton(system="condensed").solve(program)
+    with pytest.raises(sm.InputError, match="takes equalities only and 'circle' is an inequality"):
+        sm.ExactNewton().solve(circle_program(True))
+
+
+def test_newton_leaves_the_farthest_point_of_a_circle():
+    """(−2, −1)/√5 is stationary on the circle, a maximum: negative curvature leads away from it."""
+    program = circle_program(False)
+    solution = sm.ExactNewton().solve(program, start=-np.array([2.0, 1.0]) / np.sqrt(5)).require(1e-7)
+    assert solution.log[0].stationarity < 1e-12
+    assert solution.log[0].inertia == "indefinite"
+    np.testing.assert_allclose(solution.x, np.array([2, 1]) / np.sqrt(5), atol=1e-7)

@@ -12,6 +12,10 @@ from symmotion.design.constraints import (
     UnitVolume,
     Velocity,
 )
+from symmotion.design.curve import CurveDesign, curve_program
+from symmotion.design.curve_conditions import CurveCondition
+from symmotion.design.fitting import fit_program
+from symmotion.design.free_times import free_times_program
 from symmotion.design.jets import measure
 from symmotion.design.knots import KnotSearch, auto_knots, auxiliary_keyframes
 from symmotion.design.prices import KeyframePrices, keyframe_prices
@@ -19,6 +23,8 @@ from symmotion.design.prices import KeyframePrices, keyframe_prices
 __all__ = [
     "AffineDesign",
     "AngularRate",
+    "CurveCondition",
+    "CurveDesign",
     "KeyframePrices",
     "KnotSearch",
     "MotionConstraint",
@@ -32,6 +38,9 @@ __all__ = [
     "affine_program",
     "auto_knots",
     "auxiliary_keyframes",
+    "curve_program",
+    "fit_program",
+    "free_times_program",
     "keyframe_prices",
     "measure",
 ]

@@ -135,7 +135,7 @@ class AffineDesign:
             terms.append(kernel.integral(name, self.basis, nodes_for(energy, motion), weight))
         given = [self._interpolation(*group) for group in self._given]
         taken = {c.name for c in given}
-        extra = [replace(c, name=_distinct(c.name, taken)) for c in self.constraints]
+        extra = [c.named(_distinct(c.name, taken)) for c in self.constraints]
         program = Program(start, tuple(terms), (*given, *(c.build(self.space) for c in extra)), self)
         if extra:
             require_independent(program)

@@ -1,7 +1,7 @@
 """Conditions beside the keyframes, on the same footing: each named, each with its multipliers."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -55,6 +55,10 @@ class MotionConstraint:
     """A condition on a motion. A subclass says which keyframes it frees and builds its part of the program."""
 
     name: str
+
+    def named(self, name: str) -> "MotionConstraint":
+        """The same condition under another name."""
+        return replace(self, name=name)  # pyright: ignore[reportArgumentType] every subclass is a dataclass
 
     def frees(self, space: Space) -> tuple[set[int], set[int]]:
         """The keyframes whose linear part, and whose translation, are no longer interpolated."""

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.linalg as la
 
 from symmotion.design.affine import affine_program
 from symmotion.design.jets import JetKernel, nodes_for
 from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.motions import AffineMotion, Keyframes
+from symmotion.motions.rigid import polar_factors
 from symmotion.program import BlockEvaluator
 from symmotion.solvers import ExactNewton, Solution
 from symmotion.splines import cubic_interpolant
@@ -117,7 +117,7 @@ def auxiliary_keyframes(keyframes: Keyframes, per_segment: int = 1, rigid: bool 
     added = np.concatenate(new_values)
     linear = added[:, : d * d].reshape(-1, d, d)
     if rigid:
-        linear = np.stack([la.polar(a)[0] for a in linear])
+        linear, _, _ = polar_factors(linear)
         if (np.linalg.det(linear) < 0).any():
             i = int(np.argmax(np.linalg.det(linear) < 0)) // per_segment
             raise InputError(f"between keyframes {i} and {i + 1} the cubic is reflected: give a keyframe there")

@@ -34,10 +34,11 @@ def exp(v: ca.SX) -> ca.SX:
     """exp(v) = (cos |v|, sin |v| v/|v|), v (3, 1)."""
     s = ca.sumsqr(v)
     small = s < SMALL_SQUARE
+    near = ca.if_else(small, s, 0.0)
     angle = ca.sqrt(ca.if_else(small, 1.0, s))
-    cosine = ca.if_else(small, _series([(-1) ** k / factorial(2 * k) for k in range(9)], s), ca.cos(angle))
+    cosine = ca.if_else(small, _series([(-1) ** k / factorial(2 * k) for k in range(9)], near), ca.cos(angle))
     ratio = [(-1) ** k / factorial(2 * k + 1) for k in range(9)]
-    sinc = ca.if_else(small, _series(ratio, s), ca.sin(angle) / angle)
+    sinc = ca.if_else(small, _series(ratio, near), ca.sin(angle) / angle)
     return ca.vertcat(cosine, sinc * v)
 
 
@@ -45,7 +46,7 @@ def log(q: ca.SX, turns: "ca.SX | float" = 0.0) -> ca.SX:
     """The v (3, 1) with exp(v) = q for a unit quaternion, |v| < π; with `turns`, 2π · turns longer.
 
     v = h(w) Im q with h = θ/sin θ, cos θ = w. As a function of w alone it is smooth at w = 1, is
-    defined beyond, and fixes the length of q: no gauge is left for a solver to drift along.
+    defined beyond (h is held from w = 1.5 on), and fixes the length of q: no gauge is left to drift along.
     """
     y = 1.0 - q[0]
     small = y < SMALL_VERSINE
@@ -54,7 +55,7 @@ def log(q: ca.SX, turns: "ca.SX | float" = 0.0) -> ca.SX:
     sine = ca.sqrt((1.0 - cosine) * (1.0 + cosine))
     # θ/sin θ = Σ 4ᵏ (k!)²/(2k + 1)! (y/2)ᵏ.
     terms = [4.0**k * factorial(k) ** 2 / factorial(2 * k + 1) / 2.0**k for k in range(12)]
-    ratio = ca.if_else(small, _series(terms, y), ca.acos(cosine) / sine)
+    ratio = ca.if_else(small, _series(terms, ca.fmax(ca.if_else(small, y, 0.0), -0.5)), ca.acos(cosine) / sine)
     if isinstance(turns, ca.SX):
         ratio += ca.if_else(turns == 0.0, 0.0, 2 * ca.pi * turns / ca.if_else(small, 1.0, sine))
     return ratio * q[1:]
@@ -86,12 +87,6 @@ class RotationJet:
     def torque(self, inertia: ca.DM) -> ca.SX:
         """τ = J Ω̇ + Ω × JΩ (3, 1), what turns a body of inertia J about its centre of mass."""
         return inertia @ self.acceleration + ca.cross(self.rate, inertia @ self.rate)
-
-
-def increments(controls: Sequence[ca.SX], turns: ca.SX) -> list[ca.SX]:
-    """ω_l = log(q_{l−1}⁻¹ q_l) of neighbouring controls, `turns` (p,) times 2π longer."""
-    pairs = zip(controls, controls[1:], strict=False)
-    return [log(product(conjugate(a), b), turns[k]) for k, (a, b) in enumerate(pairs)]
 
 
 def orientation(first: ca.SX, ways: Sequence[ca.SX], weights: ca.SX) -> ca.SX:

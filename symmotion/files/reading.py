@@ -4,7 +4,7 @@ import os
 import stat
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import NamedTuple, TextIO
+from typing import Any, NamedTuple, TextIO
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,7 +53,7 @@ def read_keyframes(
     chosen = formats.format_of(path, format, (*formats.FORMATS, "txt"))
     if delimiter is not None and len(delimiter) != 1:
         raise InputError(f"delimiter {delimiter!r}: one character is needed")
-    with _readable(path) as handle:
+    with readable(path) as handle:
         if chosen == "json":
             positions = _read_json(path, handle)
         elif chosen == "csv":
@@ -74,7 +74,7 @@ def read_keyframes(
 
 def read_motion(path: FilePath) -> AffineMotion:
     """The motion that `write_motion` wrote to a .json file; InputError names the file and the entry at fault."""
-    with _readable(path) as handle:
+    with readable(path) as handle:
         document = read_object(path, handle)
     for name, needed in formats.MOTION.items():
         if document.get(name) != needed:
@@ -93,8 +93,8 @@ def read_motion(path: FilePath) -> AffineMotion:
 
 
 @contextmanager
-def _readable(path: FilePath) -> Iterator[TextIO]:
-    """A handle for reading UTF-8 text; what is wrong with the file as such becomes an InputError."""
+def readable(path: FilePath, binary: bool = False) -> Iterator[Any]:
+    """A handle for reading UTF-8 text, or bytes; what is wrong with the file as such becomes an InputError."""
     try:
         status = os.stat(path)
         if not stat.S_ISREG(status.st_mode):
@@ -105,7 +105,7 @@ def _readable(path: FilePath) -> Iterator[TextIO]:
             raise InputError(
                 f"{path}: has {status.st_size / 2**20:.0f} MB; split it into files of at most {LARGEST >> 20} MB"
             )
-        with open(path, encoding="utf-8-sig") as handle:
+        with open(path, "rb") if binary else open(path, encoding="utf-8-sig") as handle:
             yield handle
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}; check its name and permissions") from error

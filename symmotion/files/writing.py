@@ -12,13 +12,12 @@ from symmotion.errors import InputError
 from symmotion.files import formats
 from symmotion.files.formats import FilePath
 from symmotion.files.whole import whole_file
-from symmotion.motions import AffineMotion, Keyframes, as_rotations
+from symmotion.motions import AffineMotion, Keyframes, as_rotations, rigid
 from symmotion.splines import check_times
 
 DEFAULT_SAMPLES = 200
 MOST_SAMPLES = 10**7
 RIGID_TOLERANCE = 1e-6
-SINGULAR_TOLERANCE = 1e-12
 
 
 def write_keyframes(keyframes: Keyframes, path: FilePath, format: str | None = None) -> None:
@@ -77,10 +76,10 @@ def write_motion(
         _write_motion_json(motion, path)
         return
     sample_times = _sample_times(motion, times, rate)
-    samples = Keyframes(sample_times, *motion(sample_times))
     if chosen == "tum":
-        rotations = _closest_rotations(path, samples, np.inf if orthonormalise else RIGID_TOLERANCE)
-        samples = Keyframes(samples.times, rotations, samples.translation)
+        samples = _closest_rotations(path, motion, sample_times, np.inf if orthonormalise else RIGID_TOLERANCE)
+    else:
+        samples = Keyframes(sample_times, *motion(sample_times))
     write_keyframes(samples, path)
 
 
@@ -113,20 +112,17 @@ def _sample_times(motion: AffineMotion, times: ArrayLike | None, rate: float | N
     return np.minimum(a + np.arange(int(steps * (1 + 1e-12)) + 1) / rate, b)
 
 
-def _closest_rotations(path: FilePath, samples: Keyframes, tolerance: float) -> np.ndarray:
-    """The polar factors (N, d, d) of all samples; InputError where one is no rotation or further away than that."""
-    left, sizes, right = np.linalg.svd(samples.linear)
-    rotations = left @ right
-    far = np.abs(sizes - 1).max(axis=1) > tolerance
-    for fault, wrong, remedy in (
-        ("singular", sizes[:, -1] <= SINGULAR_TOLERANCE * sizes[:, 0], ""),
-        ("reflected", np.linalg.det(rotations) < 0, ""),
-        ("not rigid", far, "orthonormalise, or "),
-    ):
-        if wrong.any():
-            time = samples.times[np.argmax(wrong)]
-            raise InputError(f"{path}: the motion is {fault} at time {time}: {remedy}write csv or json")
-    return rotations
+def _closest_rotations(path: FilePath, motion: AffineMotion, times: np.ndarray, tolerance: float) -> Keyframes:
+    """The rigid samples of a motion; InputError where one is no rotation or further from one than the tolerance."""
+    try:
+        samples = rigid.orthonormalise(motion, times)
+    except InputError as error:
+        raise InputError(f"{path}: {error}: write csv or json") from None
+    far = samples.deviations > tolerance
+    if far.any():
+        time = times[np.argmax(far)]
+        raise InputError(f"{path}: the motion is not rigid at time {time}: orthonormalise, or write csv or json")
+    return samples.keyframes
 
 
 def _write_table(path: FilePath, header: Sequence[Sequence[str]], values: np.ndarray, delimiter: str) -> None:

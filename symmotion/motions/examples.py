@@ -14,12 +14,14 @@ def rotation_2d(degrees: float) -> np.ndarray:
 
 def quarter_turn() -> Keyframes:
     """Two planar keyframes at times 0 and 1, the second turned by 90°: orthogonal, as in HJK figure 1."""
-    return Keyframes([0.0, 1.0], [np.eye(2), rotation_2d(90)], [[0.0, 0.0], [3.0, 0.0]])
+    linear = np.stack([np.eye(2), rotation_2d(90)])
+    return Keyframes(np.array([0.0, 1.0]), linear, np.array([[0.0, 0.0], [3.0, 0.0]]))
 
 
 def sheared_turn() -> Keyframes:
     """Two planar keyframes at times 0 and 1, the first sheared and stretched: general, as in HJK figure 2."""
-    return Keyframes([0.0, 1.0], [[[1.2, 0.5], [0.0, 0.8]], rotation_2d(80) * 0.9], [[0.0, 0.0], [3.0, 0.5]])
+    linear = np.stack([[[1.2, 0.5], [0.0, 0.8]], rotation_2d(80) * 0.9])
+    return Keyframes(np.array([0.0, 1.0]), linear, np.array([[0.0, 0.0], [3.0, 0.5]]))
 
 
 def planar_keyframes() -> Keyframes:
@@ -43,7 +45,8 @@ def spatial_keyframes() -> Keyframes:
 def uneven_turns() -> Keyframes:
     """Seven planar keyframes at times 0 to 6 that hardly turn, but for two quick turns between them."""
     angles = (0, 5, 10, 120, 125, 130, 280)
-    return Keyframes(np.arange(7.0), [rotation_2d(a) for a in angles], [[float(k), 0.0] for k in range(7)])
+    path = np.column_stack([np.arange(7.0), np.zeros(7)])
+    return Keyframes(np.arange(7.0), np.stack([rotation_2d(a) for a in angles]), path)
 
 
 def random_keyframes(count: int, angle: float, seed: int) -> Keyframes:
@@ -66,15 +69,18 @@ def random_keyframes(count: int, angle: float, seed: int) -> Keyframes:
     return Keyframes(np.arange(count, dtype=float), linear, rng.normal(size=(count, 3)))
 
 
-def recorded_tour(count: int = 601, seed: int = 7) -> Keyframes:
-    """A made-up recording of `count` rigid poses, 20 s: a camera circles a table, looks around and trembles."""
+def recorded_tour(count: int = 601, seed: int = 7, noise: float = 1.0) -> Keyframes:
+    """A made-up recording of `count` rigid poses, 20 s: a camera circles a table, looks around and trembles.
+
+    noise: times 1 mm and 2 mrad (standard deviation per axis), independent from pose to pose; 0 gives the truth.
+    """
     from scipy.spatial.transform import Rotation  # here: see as_rotations
 
     t = np.linspace(0.0, 20.0, count)
     rng = np.random.default_rng(seed)
     angles = [0.35 * t, 0.3 * np.sin(0.9 * t), 0.2 * np.sin(0.55 * t + 1.0)]
     rotations = Rotation.from_euler("ZYX", np.transpose(angles)) * Rotation.from_rotvec(
-        2e-3 * rng.normal(size=(count, 3))
+        2e-3 * noise * rng.normal(size=(count, 3))
     )
     translation = np.column_stack([np.cos(0.35 * t), np.sin(0.35 * t), 0.6 + 0.2 * np.sin(0.7 * t)])
-    return Keyframes.from_rotations(t, rotations, translation + 1e-3 * rng.normal(size=(count, 3)))
+    return Keyframes.from_rotations(t, rotations, translation + 1e-3 * noise * rng.normal(size=(count, 3)))

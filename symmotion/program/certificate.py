@@ -3,11 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from symmotion.program.condensed import Condensed
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.program import Program
-from symmotion.program.saddle import Saddle
+from symmotion.program.saddle import HessianTriangle, Saddle
+
+# Multipliers and distances from a bound below this, relative, count as none: IPOPT's are never exactly zero.
+WEAK = 1e-6
 
 
 @dataclass(frozen=True)
@@ -18,7 +22,8 @@ class Certificate:
     scale: max(1, ‖∇f‖∞), what a tolerance on stationarity is relative to; size: max(1, ‖x‖∞),
     what a tolerance on the violation is relative to.
     inertia: "positive" where the Hessian is positive definite along the conditions (a strict
-    local minimum), "indefinite" where it is not, "unknown" where rounding or inequalities leave it open.
+    local minimum), "indefinite" where it is not, "unknown" where rounding leaves it open, or a bound
+    that is met without a multiplier.
     """
 
     objective: float
@@ -50,17 +55,43 @@ def certify(
     if not (np.isfinite(x).all() and np.isfinite(multipliers).all()):
         nan = float("nan")
         return Certificate(nan, nan, nan, "unknown", 1.0, 1.0)
-    jacobian = evaluator.jacobian(x)
-    system = system_of(program, evaluator, x) if program.linear else Saddle(program, jacobian)
-    gradient, hessian = evaluator.second_order(x, system.pattern, multipliers)
+    jacobian, violation = evaluator.jacobian(x), evaluator.violation(x)
+    size = max(1.0, float(np.abs(x).max(initial=0.0)))
+    system = _system_at(program, evaluator, x, multipliers, jacobian, size)
+    pattern = HessianTriangle.of(program).pattern if system is None else system.pattern
+    gradient, hessian = evaluator.second_order(x, pattern, multipliers)
     return Certificate(
         objective=evaluator.objective(x),
         stationarity=float(np.abs(gradient + jacobian.T @ multipliers).max(initial=0.0)),
-        violation=float(np.abs(evaluator.violation(x)).max(initial=0.0)),
-        inertia=_inertia(system, hessian) if program.equalities_only else "unknown",
+        violation=float(np.abs(violation).max(initial=0.0)),
+        inertia="unknown" if system is None else _inertia(system, hessian),
         scale=max(1.0, float(np.abs(gradient).max(initial=0.0))),
-        size=max(1.0, float(np.abs(x).max(initial=0.0))),
+        size=size,
     )
+
+
+def _system_at(
+    program: Program,
+    evaluator: Evaluator,
+    x: np.ndarray,
+    multipliers: np.ndarray,
+    jacobian: sparse.csr_array,
+    size: float,
+) -> Condensed | Saddle | None:
+    """The saddle system along which the Hessian has to be positive: of the equalities and the active bounds.
+
+    A bound is active where its multiplier is larger than its distance. None where both are zero up
+    to rounding, which decides nothing.
+    """
+    if program.equalities_only:
+        return system_of(program, evaluator, x) if program.linear else Saddle(program, jacobian)
+    equal = program.lower == program.upper
+    values = evaluator.values(x)
+    slack = np.maximum(np.minimum(program.upper - values, values - program.lower), 0.0) / size
+    press = np.abs(multipliers) / max(1.0, float(np.abs(multipliers).max(initial=0.0)))
+    if (np.maximum(slack, press) < WEAK)[~equal].any():
+        return None
+    return Saddle(program, jacobian[np.flatnonzero(equal | (press > slack))])
 
 
 def _inertia(system: Condensed | Saddle, hessian: np.ndarray) -> str:

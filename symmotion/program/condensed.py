@@ -20,9 +20,11 @@ def shared_conditions(program: Program) -> sparse.csr_array | None:
 
     None where a program's constraints are not of this kind.
     """
-    if len(program.start) != 1 or not program.constraints:
+    if len(program.start) != 1:
         return None
     (controls,) = program.start.values()
+    if not program.constraints:
+        return sparse.csr_array((0, len(controls)))
     channels = controls.shape[1]
     for c in program.constraints:
         k = c.block.kernel
@@ -54,10 +56,10 @@ class Condensed:
         free = np.setdiff1d(np.arange(n), pivots)
         self.free = free
         if decoupled:
-            diagonal = np.asarray(conditions[np.arange(len(pivots)), pivots])
+            diagonal = np.asarray(conditions[np.arange(len(pivots)), pivots]).ravel() if len(pivots) else np.empty(0)
             self._solve = lambda k: k / diagonal[:, None]
             self._solve_transposed = self._solve
-            dependents = sparse.csr_array(sparse.diags_array(-1 / diagonal) @ conditions[:, free])
+            dependents = sparse.csr_array(conditions[:, free].multiply(-1 / diagonal[:, None]))
         else:
             factor = la.lu_factor(conditions[:, pivots].toarray())
             self._solve = lambda k: la.lu_solve(factor, k)
@@ -165,6 +167,8 @@ def _condense(program: Program) -> Condensed | None:
         return None
     conditions.eliminate_zeros()
     m, n = conditions.shape
+    if not m:
+        return Condensed(program, conditions, np.empty(0, dtype=int), decoupled=True)
     coo = conditions.tocoo()
     alone = np.bincount(coo.coords[1], minlength=n)[coo.coords[1]] == 1
     strength = np.where(alone, np.abs(coo.data), 0.0)

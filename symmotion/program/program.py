@@ -1,6 +1,6 @@
 """Programs: a start value, named terms and named constraints, all of them kernels applied many times."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol
@@ -44,17 +44,16 @@ class Constraint:
 
 
 class Design(Protocol):
-    """The question behind a program: how its unknowns read as a motion, and what else it knows to do."""
+    """The question behind a program: how its unknowns read as a motion, and back.
+
+    A design may also know `with_keyframes(program, keyframes)` and `stages(by)`.
+    """
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> Any: ...
 
     def unknowns(self, motion: Any) -> Mapping[str, np.ndarray]: ...
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Mapping[str, Any]: ...
-
-    def with_keyframes(self, program: "Program", keyframes: Any) -> "Program": ...
-
-    def stages(self, by: str) -> Iterable["Program"]: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +63,7 @@ class Program:
     start: by name, the unknowns' start values, each (n, channels); their shapes define the
         unknowns x, one vector of all of them in this order, row by row.
     terms: blocks whose sum is the objective; constraints: each with a multiplier per component.
-    design: turns x back into a motion. build_seconds: what making the program took.
+    design: a `Design` of some kind; turns x back into a motion. build_seconds: what making the program took.
 
     The Lagrangian is L = Σ terms + λᵀg, so that the optimum changes by −λ with the data that
     g subtracts.
@@ -73,7 +72,7 @@ class Program:
     start: Mapping[str, np.ndarray]
     terms: tuple[Block, ...]
     constraints: tuple[Constraint, ...]
-    design: Design
+    design: Any
     build_seconds: float | None = None
     # Derived structure (patterns, null-space bases), shared by programs that differ in data only.
     structure: dict[Any, Any] = field(default_factory=dict, repr=False)
@@ -149,7 +148,15 @@ class Program:
 
     def with_keyframes(self, keyframes: Any) -> "Program":
         """The same program for other keyframes at the same times; structure and compiled kernels are kept."""
+        if not hasattr(self.design, "with_keyframes"):
+            raise InputError(f"{type(self.design).__name__} has no keyframes to change: make a new program")
         return self.design.with_keyframes(self, keyframes)
+
+    def stages(self, by: str) -> list["Program"]:
+        """Smaller programs that lead to this one, coarsest first, by "degree" or "knots"."""
+        if not hasattr(self.design, "stages"):
+            raise InputError(f"{type(self.design).__name__} has no stages")
+        return list(self.design.stages(by))
 
     def nlp(self) -> dict[str, Any]:
         """The plain CasADi problem, for whoever brings a solver of their own.

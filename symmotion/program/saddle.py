@@ -1,8 +1,10 @@
 """The sparse saddle system, for any program: [[H, Jᵀ], [J, −δI]] by LDLᵀ with one step of refinement."""
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from threading import get_ident
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -81,7 +83,7 @@ class Saddle:
 
     def __init__(self, program: Program, jacobian: sparse.csr_array):
         self.jacobian = jacobian
-        self.n, self.m = program.unknowns, program.conditions
+        self.n, self.m = program.unknowns, jacobian.shape[0]
         self._triangle = HessianTriangle.of(program)
         self.pattern = self._triangle.pattern
         # Every entry carries its number, so that sorting the whole matrix tells where each comes from.
@@ -101,10 +103,17 @@ class Saddle:
         self.diagonal = np.flatnonzero(self._triangle.rows == self._triangle.columns)
         self.sparsity = ca.Sparsity(size, size, self._pointers.tolist(), self._rows.tolist())
         self._solver = ca.Linsol("saddle", "ldl", self.sparsity)
-        try:
-            self._normal = splu(sparse.csc_array(jacobian @ jacobian.T)) if self.m else None
-        except RuntimeError as error:
-            raise InputError("the conditions are redundant or contradict each other") from error
+        self._factored_normal: Any = None
+
+    @property
+    def _normal(self) -> Any:
+        """The factor of J Jᵀ, which projects onto the conditions; made when first needed, None without conditions."""
+        if self._factored_normal is None and self.m:
+            try:
+                self._factored_normal = splu(sparse.csc_array(self.jacobian @ self.jacobian.T))
+            except RuntimeError as error:
+                raise InputError("the conditions are redundant or contradict each other") from error
+        return self._factored_normal
 
     @staticmethod
     def of(program: Program, jacobian: Callable[[], sparse.csr_array]) -> "Saddle":
@@ -113,6 +122,13 @@ class Saddle:
         if key not in program.structure:
             program.structure[key] = Saddle(program, jacobian())
         return program.structure[key]
+
+    def at(self, jacobian: sparse.csr_array) -> "Saddle":
+        """The system for a Jacobian of the same pattern at another point; what the pattern decides is shared."""
+        other = copy(self)
+        other.jacobian, other._border = jacobian, sparse.coo_array(jacobian).data
+        other._factored_normal = None
+        return other
 
     def feasible(self, x: np.ndarray, violation: np.ndarray) -> np.ndarray:
         """x with the least change that makes linear conditions hold."""
@@ -146,11 +162,14 @@ class Saddle:
 
     def step(self, factor: "tuple[sparse.csc_array, ca.DM]", gradient: np.ndarray) -> np.ndarray:
         """(unknowns,) the Newton step along the conditions."""
+        return self.solve(factor, np.concatenate([-gradient, np.zeros(self.m)]))[: self.n]
+
+    def solve(self, factor: "tuple[sparse.csc_array, ca.DM]", rhs: np.ndarray) -> np.ndarray:
+        """(unknowns + conditions,) the solution of the saddle system, refined once."""
         exact, regular = factor
-        rhs = np.concatenate([-gradient, np.zeros(self.m)])
         solution = self._apply(regular, rhs)
         solution += self._apply(regular, rhs - exact @ solution)
-        return solution[: self.n]
+        return solution
 
     def negative_curvature(self, flat: np.ndarray) -> np.ndarray | None:
         """(unknowns,) a direction of the lowest curvature along the conditions, None where not negative."""

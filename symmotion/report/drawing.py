@@ -8,6 +8,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import ListedColormap
 
 from symmotion.motions import AffineMotion, Keyframes
+from symmotion.motions.motion import Motion
 from symmotion.program import Program, kkt_pattern
 from symmotion.report.figures import COLOURS
 
@@ -37,7 +38,7 @@ def eight_ellipses() -> list[np.ndarray]:
 
 def draw_body(
     axes: Axes,
-    motion: AffineMotion,
+    motion: Motion,
     body: Sequence[np.ndarray],
     times: np.ndarray,
     colour: str = COLOURS[0],
@@ -53,7 +54,7 @@ def draw_body(
     axes.set_axis_off()
 
 
-def draw_path(axes: Axes, motion: AffineMotion, point: Sequence[float] = (0.0, 0.0)) -> None:
+def draw_path(axes: Axes, motion: Motion, point: Sequence[float] = (0.0, 0.0)) -> None:
     """The path of a body point of a planar motion."""
     path = motion.trajectory(point, np.linspace(*motion.domain, 300))[:, 0]
     axes.plot(path[:, 0], path[:, 1], color="#000000", linewidth=0.8, alpha=0.6)
@@ -92,7 +93,7 @@ def draw_kkt(axes: Axes, program: Program) -> None:
 
 
 def draw_ellipsoid(
-    axes: Axes, motion: AffineMotion, times: np.ndarray, semi_axes: Sequence[float], ink: bool = False
+    axes: Axes, motion: Motion, times: np.ndarray, semi_axes: Sequence[float], ink: bool = False
 ) -> None:
     """An ellipsoid at several times of a spatial motion, as its principal ellipses seen from afar; `ink`: all dark."""
     s = np.linspace(0, 2 * np.pi, 49)

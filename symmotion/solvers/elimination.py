@@ -46,7 +46,7 @@ class Elimination:
         began = perf_counter()
         if self.stages and start is not None:
             raise InputError("a staged elimination starts from the program's own spline: leave out start")
-        stages = [program] if self.stages is None else [*program.design.stages(self.stages), program]
+        stages = [program] if self.stages is None else [*program.stages(self.stages), program]
         log: list[Iteration] = []
         x, multipliers = program.x0, np.zeros(program.conditions)
         compiled = solved = evaluated = linear = 0.0

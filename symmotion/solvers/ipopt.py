@@ -182,7 +182,8 @@ class _Plain:
                 if constraint.is_equality:
                     expression = out(z, block.data[node], 0) == constraint.lower[node]
                 self.conditions.append(expression)
-        opti.subject_to(self.conditions)
+        if self.conditions:  # Opti refuses an empty list
+            opti.subject_to(self.conditions)
         ipopt = {key.removeprefix("ipopt."): v for key, v in options.items() if key.startswith("ipopt.")}
         opti.solver("ipopt", {"expand": True, "print_time": False, "record_time": True}, ipopt)
 

@@ -9,6 +9,7 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.program import Condensed, Evaluator, Program, Saddle, system_of
 from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, require_equalities, start_vector
+from symmotion.solvers.sqp import CurvedRun, multipliers_of
 
 # The share θ of the exact Hessian grows tenfold with every step and falls back to LEAST where the matrix
 # is not positive definite: the fewest evaluations of the schedules tried.
@@ -16,6 +17,10 @@ LEAST, GROW = 1e-3, 10.0
 # A Gauss–Newton matrix may be only semidefinite (motions that stay rigid to first order cost nothing):
 # the first multiple of the identity tried then, relative to the diagonal.
 RIDGE = 1e-10
+# The second descent's first multiple of the identity, relative to the diagonal, as IPOPT's.
+FIRST_SHIFT = 1e-4
+# A relative decrease that cannot be told from rounding.
+ROUNDING = 1e-15
 
 
 @dataclass(frozen=True)
@@ -29,8 +34,16 @@ class ExactNewton:
     minimised exactly. Iterates stay feasible, and the objective is the merit
     function. A stationary point that is no minimum is left along negative curvature.
 
-    tolerance: on stationarity relative to max(1, ‖∇f‖∞).
-    system: "condensed" (banded, where the conditions decouple), "sparse" (LDLᵀ, any linear
+    Where θ had to fall back on the way, several minima compete, and a second descent from the
+    same start, with the exact Hessian plus a multiple of the identity and steps as long as they
+    descend, often ends elsewhere: the lower minimum of the two is returned, and the log holds
+    the other descent before its own. Not so from a start of the caller's own.
+
+    Nonlinear equalities are linearised at every iterate (SQP, see `sqp.CurvedRun`): M is the blend
+    with the Hessian of the Lagrangian, and the merit function is f + μ ‖g‖₁.
+
+    tolerance: on stationarity relative to max(1, ‖∇f‖∞). max_iterations: of a descent.
+    system: "condensed" (banded, where the conditions decouple), "sparse" (LDLᵀ, any
         equalities), or "auto", by the program's structure.
     """
 
@@ -39,23 +52,49 @@ class ExactNewton:
     system: Literal["auto", "condensed", "sparse"] = "auto"
 
     def solve(self, program: Program, start: Any = None) -> Solution:
-        """Solve a program with linear equalities; start: None, a Solution, a motion, or (unknowns,) numbers."""
-        require_equalities(program, "ExactNewton")
+        """Solve a program with equalities; start: None, a Solution, a motion, or (unknowns,) numbers."""
+        require_equalities(program, "ExactNewton", curved=True)
         began = perf_counter()
         x = start_vector(program, start)
+        if not program.linear:
+            return self._solve_curved(program, x, start, began)
         evaluator = Evaluator(program)
         evaluator.prepare("value", "hessian", "line")
         system = self._system(program, evaluator, x)
         compiled = perf_counter()
         evaluator.seconds = 0.0
+        x = system.feasible(x, evaluator.violation(x))
         run = _Run(self, evaluator, system)
         # A start of the caller's own is taken for close to the minimum, where the exact Hessian serves.
-        failure = run.iterate(system.feasible(x, evaluator.violation(x)), LEAST if start is None else 1.0)
+        failure = run.iterate(x, LEAST if start is None else 1.0)
+        linear, log = run.linear, run.log
+        if start is None and run.fell_back:
+            other = _Run(self, evaluator, system, blend=False)
+            other_failure = other.iterate(x, 1.0)
+            linear, log = linear + other.linear, other.log + run.log
+            if other_failure is None and (failure is not None or other.log[-1].objective < run.log[-1].objective):
+                run, failure, log = other, other_failure, run.log + other.log
+        seconds = Seconds(program.build_seconds, compiled - began, perf_counter() - compiled, evaluator.seconds, linear)
+        method = "newton-sparse" if self.system == "sparse" else "newton"
+        return conclude(program, self, method, run.x, run.multipliers, log, seconds, failure, evaluator)
+
+    def _solve_curved(self, program: Program, x: np.ndarray, start: Any, began: float) -> Solution:
+        if self.system == "condensed":
+            raise InputError('the conditions of this program are nonlinear: use system="sparse"')
+        evaluator = Evaluator(program)
+        evaluator.prepare("value", "hessian")
+        saddle = Saddle(program, evaluator.jacobian(x))
+        compiled = perf_counter()
+        evaluator.seconds = 0.0
+        multipliers = multipliers_of(start, program)
+        if multipliers is None:
+            multipliers = saddle.multipliers(evaluator.gradient(x))
+        run = CurvedRun(self.tolerance, self.max_iterations, evaluator, saddle)
+        failure = run.iterate(x, multipliers)
         seconds = Seconds(
             program.build_seconds, compiled - began, perf_counter() - compiled, evaluator.seconds, run.linear
         )
-        method = "newton-sparse" if self.system == "sparse" else "newton"
-        return conclude(program, self, method, run.x, run.multipliers, run.log, seconds, failure, evaluator)
+        return conclude(program, self, "newton", run.x, run.multipliers, run.log, seconds, failure, evaluator)
 
     def _system(self, program: Program, evaluator: Evaluator, x: np.ndarray) -> Condensed | Saddle:
         if self.system == "auto":
@@ -69,10 +108,11 @@ class ExactNewton:
 
 
 class _Run:
-    """The state of one solve."""
+    """The state of one descent; blend: by θ and exact line searches, or else by multiples of the identity."""
 
-    def __init__(self, options: ExactNewton, evaluator: Evaluator, system: Condensed | Saddle):
-        self.options, self.evaluator, self.system = options, evaluator, system
+    def __init__(self, options: ExactNewton, evaluator: Evaluator, system: Condensed | Saddle, blend: bool = True):
+        self.options, self.evaluator, self.system, self.blend = options, evaluator, system, blend
+        self.shift, self.fell_back = FIRST_SHIFT, False
         self.x = self.multipliers = np.empty(0)
         self.log: list[Iteration] = []
         self.linear = 0.0
@@ -104,8 +144,8 @@ class _Run:
                         self._polish(x, self._timed(system.step, factor, gradient), stationarity)
                     return None
             else:
-                if factor is None and theta > LEAST:
-                    theta = LEAST
+                if factor is None and self.blend and theta > LEAST:
+                    theta, self.fell_back = LEAST, True
                     _, matrix = evaluator.second_order(x, system.pattern, theta=theta)
                     factor = self._timed(system.factorise, matrix)
                 if factor is None:
@@ -116,11 +156,12 @@ class _Run:
                 if idle > 3:
                     return Status.STALLED, "steps no longer lower the objective"
                 return Status.ITERATION_LIMIT, f"{options.max_iterations} iterations"
-            length, value = self._length(x, step, objective, float(gradient @ step))
+            length, value = self._length(x, step, objective, float(gradient @ step), exact=self.blend or converged)
             seconds = {"evaluate": evaluator.seconds - evaluated, "linear": self.linear - solved}
             self.log.append(replace(row, theta=theta, step=length, inertia=inertia, **seconds))
             x = x + length * step
-            idle = idle + 1 if value >= objective else 0
+            # Less than the rounding of the objective is no progress either.
+            idle = idle + 1 if value >= objective - ROUNDING * abs(objective) else 0
             objective, theta = value, min(1.0, GROW * theta)
 
     def _polish(self, x: np.ndarray, step: np.ndarray, stationarity: float) -> None:
@@ -145,25 +186,33 @@ class _Run:
         """The factor of the matrix plus the least multiple of the identity that makes it positive definite."""
         diagonal = self.system.diagonal
         squares = all(b.kernel.squares for b in self.evaluator.program.terms)
-        shift = (RIDGE if squares else LEAST) * (np.abs(matrix[diagonal]).max(initial=0.0) or 1.0)
+        scale = np.abs(matrix[diagonal]).max(initial=0.0) or 1.0
+        # The second descent remembers what it needed last.
+        shift = self.shift if not self.blend else RIDGE if squares else LEAST
         while True:
-            matrix[diagonal] += shift
+            matrix[diagonal] += shift * scale
             factor = self.system.factorise(matrix)
             if factor is not None:
+                self.shift = max(shift / 3, RIDGE)
                 return factor
             shift *= 10
 
-    def _length(self, x: np.ndarray, step: np.ndarray, objective: float, slope: float) -> tuple[float, float]:
-        """The length of a step and the objective there."""
+    def _length(
+        self, x: np.ndarray, step: np.ndarray, objective: float, slope: float, exact: bool
+    ) -> tuple[float, float]:
+        """The length of a step and the objective there: the first minimum with `exact`, else the first of 1, ½, ¼, …"""
         quartic = self.evaluator.line(x, step)
-        if quartic is not None:
+        if quartic is not None and exact:
             length = first_minimum(quartic)
             return length, float(np.polyval(quartic[::-1], length))
         length = 1.0
         while True:
-            value = self.evaluator.objective(x + length * step)
+            if quartic is None:
+                value = self.evaluator.objective(x + length * step)
+            else:
+                value = float(np.polyval(quartic[::-1], length))
             # The last terms allow for rounding where the decrease is below it.
-            if value <= objective + 1e-4 * length * min(slope, 0.0) + 1e-15 * abs(objective) or length < 1e-12:
+            if value <= objective + 1e-4 * length * min(slope, 0.0) + ROUNDING * abs(objective) or length < 1e-12:
                 return length, value
             length *= 0.5
 

@@ -201,9 +201,13 @@ def start_vector(program: Program, start: Any) -> np.ndarray:
     return program.pack(program.design.unknowns(start))
 
 
-def require_equalities(program: Program, solver: str) -> None:
-    """Raise InputError that names the first constraint that a solver for linear equalities cannot take."""
+def require_equalities(program: Program, solver: str, curved: bool = False) -> None:
+    """Raise InputError that names the first constraint that a solver for (linear) equalities cannot take.
+
+    curved: whether it takes nonlinear equalities.
+    """
     for c in program.constraints:
-        if not c.is_equality or not c.block.kernel.linear:
+        if not c.is_equality or not (curved or c.block.kernel.linear):
             nature = "an inequality" if not c.is_equality else "nonlinear"
-            raise InputError(f"{solver} takes linear equalities only and {c.name!r} is {nature}; Ipopt() takes it")
+            taken = "equalities" if curved else "linear equalities"
+            raise InputError(f"{solver} takes {taken} only and {c.name!r} is {nature}; Ipopt() takes it")

@@ -40,6 +40,15 @@ class Spline:
     def domain(self) -> tuple[float, float]:
         return self.basis.domain
 
+    @property
+    def breakpoints(self) -> np.ndarray:
+        """The borders of the polynomial pieces, ends of the domain included."""
+        return self.basis.breakpoints
+
+    def to_bspline(self) -> "Spline":
+        """Itself: the call that brings every curve to B-spline form."""
+        return self
+
     def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
         """The nu-th derivative at t: shape t.shape + control_points.shape[1:].
 
@@ -65,6 +74,22 @@ class Spline:
         if self.basis.periodic:
             controls = np.concatenate([controls, controls[:p]])
         return BSpline(self.basis.knots, controls, p, extrapolate="periodic" if self.basis.periodic else True)
+
+    def derivative(self, nu: int = 1) -> "Spline":
+        """The nu-th derivative as a spline of degree p − nu with controls p (c_{j+1} − c_j) / (t_{j+p+1} − t_{j+1})."""
+        if nu < 0:
+            raise InputError(f"derivative order {nu}: must be 0 or more")
+        spline = self.clamped() if nu else self
+        for _ in range(nu):
+            p, knots, c = spline.degree, spline.basis.knots, spline.control_points
+            if p == 0:
+                return Spline(spline.basis, np.zeros_like(c))
+            widths = knots[p + 1 : -1] - knots[1 : -p - 1]
+            # A knot with more copies than the lower degree can have: a function without support goes with one of them.
+            kept = widths > 0
+            slopes = np.diff(c, axis=0)[kept] * (p / widths[kept]).reshape(-1, *(1,) * (c.ndim - 1))
+            spline = Spline(BSplineBasis(np.delete(knots[1:-1], np.flatnonzero(~kept)), p - 1), slopes)
+        return spline
 
     def clamped(self) -> "Spline":
         """The same function over its domain on a clamped knot vector."""

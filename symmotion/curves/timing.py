@@ -1,0 +1,269 @@
+"""How a curve is passed in time: speed, arc length, constant speed, slow-in and slow-out."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import factorial
+from typing import Any, Protocol
+
+import numpy as np
+
+from symmotion.curves.bezier import bezier, check_domain
+from symmotion.curves.series import compose, product, reciprocal, root, taylor
+from symmotion.errors import InputError
+from symmotion.splines import BSplineBasis, Spline
+
+
+class Curve(Protocol):
+    """What all curves have in common."""
+
+    @property
+    def domain(self) -> tuple[float, float]: ...
+
+    @property
+    def breakpoints(self) -> np.ndarray: ...
+
+    def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray: ...
+
+    def to_bspline(self) -> Spline: ...
+
+
+def speed(curve: Curve, t) -> np.ndarray:
+    """‖x'(t)‖, the shape of t; of a scalar curve |x'(t)|."""
+    t = np.asarray(t, dtype=float)
+    return np.linalg.norm(curve(t, 1).reshape(*t.shape, -1), axis=-1)
+
+
+def arc_length(curve: Curve, start: float | None = None, end: float | None = None) -> float:
+    """∫ ‖x'(t)‖ dt from `start` to `end`, the ends of the domain when left out (adaptive quadrature by pieces)."""
+    a, b = curve.domain
+    start, end = a if start is None else float(start), b if end is None else float(end)
+    if not a <= start <= end <= b:
+        raise InputError(f"arc length from {start:g} to {end:g}: both in [{a:g}, {b:g}], in this order, are needed")
+    inner = curve.breakpoints[(curve.breakpoints > start) & (curve.breakpoints < end)]
+    ends = np.concatenate([[start], inner, [end]])
+    return float(_lengths(curve, ends[:-1], ends[1:]).sum())
+
+
+def _lengths(curve: Curve, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """(N,) arc lengths over intervals that each lie in one piece, to 1e-14 of the curve's size."""
+    from scipy.integrate import quad_vec  # here: see Spline._scipy
+
+    width = end - start
+    # An absolute tolerance, since some of the lengths may be zero.
+    a, b = curve.domain
+    scale = (b - a) * float(speed(curve, np.linspace(a, b, 50)).max())
+    if scale == 0:
+        return np.zeros_like(width)
+    lengths, _ = quad_vec(
+        lambda u: width * speed(curve, start + u * width), 0.0, 1.0, epsabs=1e-14 * scale, epsrel=0.0, norm="max"
+    )
+    return lengths
+
+
+@dataclass(frozen=True, eq=False)
+class ArcParameter:
+    """The parameter of a curve as a function of the arc length passed, scaled to a domain: a warp of constant speed.
+
+    domain: of the new parameter; (0, length) when left out, which gives speed 1.
+    """
+
+    curve: Curve
+    # None only on the way in.
+    domain: tuple[float, float] = None  # pyright: ignore[reportAssignmentType]
+
+    def __post_init__(self):
+        if not self.length > 0:
+            raise InputError("the curve has no length: it stays at one point")
+        object.__setattr__(self, "domain", (0.0, self.length) if self.domain is None else check_domain(self.domain))
+
+    @cached_property
+    def _table(self) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters, and the arc length up to each."""
+        # Halves of the pieces: brackets for the inversion.
+        ends = self.curve.breakpoints
+        t = np.sort(np.concatenate([ends, (ends[1:] + ends[:-1]) / 2]))
+        return t, np.concatenate([[0.0], np.cumsum(_lengths(self.curve, t[:-1], t[1:]))])
+
+    @property
+    def length(self) -> float:
+        """The arc length of the whole curve."""
+        return float(self._table[1][-1])
+
+    @property
+    def speed(self) -> float:
+        """The constant speed, arc length per unit of the new parameter."""
+        return self.length / (self.domain[1] - self.domain[0])
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        return self.preimages(self.curve.breakpoints)
+
+    def preimages(self, parameters) -> np.ndarray:
+        """(N,) the new parameters of parameters of the curve."""
+        parameters = np.atleast_1d(np.asarray(parameters, dtype=float))
+        table, sums = self._table
+        k = np.clip(np.searchsorted(table, parameters, side="right") - 1, 0, len(table) - 2)
+        return self.domain[0] + (sums[k] + _lengths(self.curve, table[k], parameters)) / self.speed
+
+    def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
+        """The nu-th derivative at t, the shape of t; for nu > 0 it is NaN where the curve itself stops."""
+        t = _inside(t, self.domain)
+        u = self._inverse(t.ravel()).reshape(t.shape)
+        if nu == 0:
+            return u
+        # ds/du = ‖x'‖ as a series; then du/ds = 1/‖x'(u(s))‖ gives one coefficient of u after the other.
+        slopes = [(k + 1) * c.reshape(*t.shape, -1) for k, c in enumerate(taylor(self.curve, u, nu)[1:])]
+        pace = root(product(slopes, slopes, lambda a, b: (a * b).sum(axis=-1)))
+        slowness = [self.speed * c for c in reciprocal(pace)]
+        series = [u]
+        for k in range(nu):
+            series.append(compose(slowness[: k + 1], series)[k] / (k + 1))
+        return factorial(nu) * series[nu]
+
+    def _inverse(self, t: np.ndarray) -> np.ndarray:
+        """Newton's method in brackets, bisection where it would leave them, for all t (N,) at once."""
+        table, sums = self._table
+        wanted = np.clip((t - self.domain[0]) * self.speed, 0.0, sums[-1])
+        k = np.clip(np.searchsorted(sums, wanted, side="right") - 1, 0, len(table) - 2)
+        base, low, high = table[k], table[k], table[k + 1]
+        rest = wanted - sums[k]
+        share = rest / np.where(sums[k + 1] > sums[k], sums[k + 1] - sums[k], 1.0)
+        u = low + share * (high - low)
+        for _ in range(60):
+            error = _lengths(self.curve, base, u) - rest
+            low, high = np.where(error <= 0, u, low), np.where(error >= 0, u, high)
+            if np.all((np.abs(error) <= 1e-14 * sums[-1]) | (high - low <= 1e-15 * np.abs(table).max())):
+                break
+            with np.errstate(divide="ignore", invalid="ignore"):
+                step = u - error / speed(self.curve, u)
+            u = np.where((step >= low) & (step <= high), step, (low + high) / 2)
+        return u
+
+
+@dataclass(frozen=True, eq=False)
+class Retimed:
+    """The curve x(w(t)): the same path, passed as the warp w says.
+
+    curve: x; warp: w, a scalar curve (a Spline, as from `slow_in_out`) or an ArcParameter, with
+    values in the domain of the curve. Derivatives are composed as Taylor series, to any order.
+    """
+
+    curve: Curve
+    warp: Spline | ArcParameter
+
+    def __post_init__(self):
+        ends = np.asarray(self.warp(np.array(self.warp.domain)))
+        if ends.shape != (2,):
+            raise InputError("a time warp must be a curve of scalars")
+        a, b = self.curve.domain
+        slack = 1e-12 * max(abs(a), abs(b), b - a)
+        if not ((ends >= a - slack) & (ends <= b + slack)).all():
+            raise InputError(
+                f"the warp leads from {ends[0]:g} to {ends[1]:g}, which is not in the curve's domain [{a:g}, {b:g}]"
+            )
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return self.warp.domain
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        """The borders between which the curve is smooth."""
+        inner = self.curve.breakpoints[1:-1]
+        if isinstance(self.warp, ArcParameter):
+            return self.warp.breakpoints if self.warp.curve is self.curve else self.warp.preimages(inner)
+        times = [self.warp.breakpoints, *(_solutions(self.warp, value) for value in inner)]
+        return _distinct(np.concatenate(times))
+
+    def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
+        """The nu-th derivative at t; raises InputError outside the domain, `extrapolate` or not."""
+        if nu < 0:
+            raise InputError(f"derivative order {nu}: must be 0 or more")
+        t = _inside(t, self.domain)
+        inner = taylor(self.warp, t, nu)
+        inner[0] = _inside(inner[0], self.curve.domain)
+        outer = taylor(self.curve, inner[0], nu)
+        return factorial(nu) * compose(outer, inner)[nu]
+
+    def to_bspline(self) -> Spline:
+        """The same curve as a spline of degree p q with C⁰ knots, exact where warp and curve are splines."""
+        if isinstance(self.warp, ArcParameter):
+            raise InputError("a curve passed at constant speed is no polynomial spline")
+        inner = self.curve.to_bspline()
+        breaks, degree = self.breakpoints, max(1, inner.degree * self.warp.degree)
+        share = np.arange(degree + 1) / degree
+        times = (breaks[:-1, None] + np.diff(breaks)[:, None] * share).ravel()
+        pieces = self(times).reshape(len(breaks) - 1, degree + 1, -1)
+        controls = np.linalg.solve(BSplineBasis.clamped([0.0, 1.0], degree)(share), pieces)
+        knots = np.concatenate([breaks[:1], np.repeat(breaks, degree), breaks[-1:]])
+        joined = np.concatenate([controls[:, :-1].reshape(-1, controls.shape[2]), controls[-1, -1:]])
+        return Spline(BSplineBasis(knots, degree), joined.reshape(-1, *inner.control_points.shape[1:]))
+
+
+def constant_speed(curve: Curve, domain: tuple[float, float] | None = None) -> Retimed:
+    """The curve reparametrised to constant speed; by arc length, so with speed 1, when `domain` is left out."""
+    return Retimed(curve, ArcParameter(curve, domain))  # pyright: ignore[reportArgumentType]
+
+
+def slow_in_out(
+    slow_in: float = 0.3,
+    slow_out: float = 0.3,
+    domain: tuple[float, float] = (0.0, 1.0),
+    values: tuple[float, float] = (0.0, 1.0),
+) -> Spline:
+    """The time warp that speeds up, keeps its speed and slows down again: parabola, line, parabola, joined C¹.
+
+    slow_in, slow_out: the shares of the domain for speeding up and slowing down, each ≥ 0,
+    together at most 1; domain: of the new time; values: from where to where it leads.
+    """
+    a, b = check_domain(domain)
+    if not (slow_in >= 0 and slow_out >= 0 and slow_in + slow_out <= 1):
+        raise InputError(
+            f"slow_in {slow_in!r} and slow_out {slow_out!r}: shares ≥ 0 with a sum of at most 1 are needed"
+        )
+    ends = np.asarray(values, dtype=float)
+    if ends.shape != (2,) or not np.isfinite(ends).all():
+        raise InputError(f"values {values!r}: the two values that the warp leads from and to are needed")
+    # Greville points of the controls on the line of constant speed, which crosses 0 and 1 half-way through the ramps.
+    u = np.array([s for s in (slow_in, 1 - slow_out) if 0 < s < 1])
+    knots = np.concatenate([np.zeros(3), _distinct(u) if u.size else u, np.ones(3)])
+    greville = (knots[1:-2] + knots[2:-1]) / 2
+    line = (greville - slow_in / 2) / (1 - (slow_in + slow_out) / 2)
+    # A ramp keeps its first two controls at the end value, which makes the speed zero there.
+    line[greville <= slow_in / 2] = 0.0
+    line[greville >= 1 - slow_out / 2] = 1.0
+    return Spline(BSplineBasis(a + (b - a) * knots, 2), ends[0] + (ends[1] - ends[0]) * line)
+
+
+def smooth_step(order: int = 1, domain: tuple[float, float] = (0.0, 1.0)) -> Spline:
+    """The time warp from 0 to 1 of degree 2 k + 1 whose first k derivatives are zero at both ends; k = `order`."""
+    if isinstance(order, bool) or int(order) != order or order < 0:
+        raise InputError(f"order {order!r}: a whole number, 0 or more, is needed")
+    return bezier(np.repeat([0.0, 1.0], int(order) + 1), domain)
+
+
+def _inside(t: Any, domain: tuple[float, float]) -> np.ndarray:
+    """t as an array, brought into the domain where only rounding leads out of it; else InputError."""
+    t, (a, b) = np.asarray(t, dtype=float), domain
+    slack = 1e-12 * max(abs(a), abs(b), b - a)
+    inside = (t >= a - slack) & (t <= b + slack)
+    if not inside.all():
+        raise InputError(f"parameter {t[~inside].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
+    return np.clip(t, a, b)
+
+
+def _solutions(warp: Spline, value: float) -> np.ndarray:
+    """The times at which a scalar spline takes a value."""
+    from scipy.interpolate import BSpline, PPoly  # here: see Spline._scipy
+
+    plain = warp.clamped()
+    a, b = warp.domain
+    polynomials = PPoly.from_spline(BSpline(plain.basis.knots, plain.control_points, plain.degree))
+    times = np.asarray(polynomials.solve(value, discontinuity=False, extrapolate=False))
+    return np.clip(times[np.isfinite(times)], a, b)
+
+
+def _distinct(times: np.ndarray) -> np.ndarray:
+    """The times in order, without those that repeat one up to rounding."""
+    times = np.unique(times)
+    return times[np.concatenate([[True], np.diff(times) > 1e-12 * max(np.abs(times).max(), 1e-300)])]

@@ -1,0 +1,235 @@
+"""What a motion curve can be asked to do at given times: values, derivatives, tolerances, bounds, links."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+
+from symmotion.errors import InputError
+from symmotion.splines import BSplineBasis
+
+NAMES = ("values", "slopes", "accelerations")
+SIDES = {"left": -1, "right": 1}
+
+
+@dataclass(frozen=True, eq=False)
+class CurveCondition:
+    """Rows lower ≤ Σ_s c_s x⁽ᵒ⁾(t_s) − target ≤ upper on a curve x, each a named condition with its multipliers.
+
+    Made by `at`, `between`, `norm_below`, `closed` and `linked`.
+
+    times, orders, coefficients: (N, s) what each row samples; sides: (N, s), −1 or 1, from which side.
+    target, lower, upper: (N, …), in the shape of the curve's values or (N,) for the same in all
+    coordinates. norm: the row is Σ of the squares of all coordinates instead of each of them.
+    """
+
+    name: str
+    times: np.ndarray
+    orders: np.ndarray
+    coefficients: np.ndarray
+    sides: np.ndarray
+    target: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    norm: bool = False
+
+    @staticmethod
+    def at(
+        times: ArrayLike,
+        values: ArrayLike,
+        *,
+        order: int = 0,
+        tolerance: float = 0.0,
+        side: str = "right",
+        name: str | None = None,
+    ) -> "CurveCondition":
+        """x⁽ᵒ⁾(t_i) = values_i: values for order 0, slopes for 1, accelerations for 2, …
+
+        times: (N,), different; values: (N, …). tolerance: ≥ 0, how far each coordinate may be off.
+        side: "left" or "right", where the derivative jumps. name: "values", "slopes", … when left out.
+        """
+        name = _name(order) if name is None else name
+        times = _times(times, name)
+        target = _rows(values, times, f"{name}: values", exact=True)
+        if not (np.isfinite(tolerance) and tolerance >= 0):
+            raise InputError(f"{name}: tolerance {tolerance!r}: a number of 0 or more is needed")
+        width = np.full(len(times), float(tolerance))
+        return _single(name, times, order, side, target, -width, width)
+
+    @staticmethod
+    def between(
+        times: ArrayLike, lower: ArrayLike, upper: ArrayLike, *, order: int = 0, name: str | None = None
+    ) -> "CurveCondition":
+        """lower_i ≤ x⁽ᵒ⁾(t_i) ≤ upper_i, coordinate by coordinate.
+
+        times: (N,), different; lower, upper: one number, (N,) or (N, …), infinite where there is no bound.
+        """
+        name = f"bounds on {_name(order)}" if name is None else name
+        times = _times(times, name)
+        low, high = (_rows(b, times, f"{name}: {w}", finite=False) for b, w in ((lower, "lower"), (upper, "upper")))
+        low, high = _alike(low, high)
+        crossed = (low > high).reshape(len(times), -1).any(axis=1)
+        if crossed.any():
+            raise InputError(f"{name}: the lower bound at time {times[np.argmax(crossed)]:g} is above the upper one")
+        return _single(name, times, order, "right", np.zeros(len(times)), low, high)
+
+    @staticmethod
+    def norm_below(times: ArrayLike, limit: ArrayLike, *, order: int = 1, name: str = "speed") -> "CurveCondition":
+        """‖x⁽ᵒ⁾(t_i)‖² ≤ limit_i², one multiplier per time; order 1 bounds the speed.
+
+        times: (N,), different; limit: one number or (N,), positive. f* changes by −λ per unit of limit².
+        """
+        times = _times(times, name)
+        limits = _rows(limit, times, f"{name}: limit")
+        if limits.ndim > 1 or (limits <= 0).any():
+            raise InputError(f"{name}: limit: one positive number, or one per time, is needed")
+        zeros = np.zeros(len(times))
+        single = _single(name, times, order, "right", zeros, np.full(len(times), -np.inf), limits**2)
+        return CurveCondition(**{**vars(single), "norm": True})
+
+    @staticmethod
+    def closed(start: float, end: float, orders: Sequence[int] = (0, 1), *, name: str = "periodic") -> "CurveCondition":
+        """x⁽ᵒ⁾(end) = x⁽ᵒ⁾(start) for each order, one multiplier each.
+
+        The orders below that of the objective make a curve of least ∫ ‖x⁽ᵏ⁾‖² periodic in those above too.
+        """
+        ends = _times([start, end], name)
+        if ends[0] > ends[1]:
+            raise InputError(f"{name}: the start {start:g} comes after the end {end:g}")
+        if not orders or len(set(orders)) < len(orders):
+            raise InputError(f"{name}: orders {tuple(orders)}: at least one, each once, is needed")
+        checked = np.array([_order(o, name) for o in orders])
+        count, zeros = len(checked), np.zeros(len(checked))
+        rows = (count, 2)
+        return CurveCondition(
+            name,
+            np.broadcast_to(ends, rows),
+            np.stack([checked, checked], axis=1),
+            np.broadcast_to([-1.0, 1.0], rows),
+            np.broadcast_to([1, -1], rows),
+            zeros,
+            zeros,
+            zeros,
+        )
+
+    @staticmethod
+    def linked(times: ArrayLike, factor: ArrayLike, *, order: int = 1, name: str = "rebound") -> "CurveCondition":
+        """x⁽ᵒ⁾(t_i+) = factor_i x⁽ᵒ⁾(t_i−): what comes after a break follows from what comes before.
+
+        times: (N,) of breaks; factor: one number or (N,): minus the coefficient of restitution for a bounce.
+        """
+        times = _times(times, name)
+        factors = _rows(factor, times, f"{name}: factor")
+        if factors.ndim > 1:
+            raise InputError(f"{name}: factor of shape {factors.shape}: one number, or one per time, is needed")
+        rows, zeros = (len(times), 2), np.zeros(len(times))
+        return CurveCondition(
+            name,
+            np.stack([times, times], axis=1),
+            np.full(rows, _order(order, name)),
+            np.stack([-factors, np.ones_like(factors)], axis=1),
+            np.broadcast_to([-1, 1], rows),
+            zeros,
+            zeros,
+            zeros,
+        )
+
+    @property
+    def is_equality(self) -> bool:
+        return bool((self.lower == self.upper).all())
+
+    @property
+    def count(self) -> int:
+        return len(self.times)
+
+    @property
+    def value_shape(self) -> tuple[int, ...]:
+        """The shape of the curve's values as far as this condition tells."""
+        return max((a.shape[1:] for a in (self.target, self.lower, self.upper)), key=len)
+
+    @property
+    def samples(self) -> list[tuple[float, int, int]]:
+        """Time, order and side of each row of a condition that samples the curve once."""
+        return list(zip(self.times[:, 0].tolist(), self.orders[:, 0].tolist(), self.sides[:, 0].tolist(), strict=True))
+
+    def rows(self, basis: BSplineBasis) -> sparse.csr_array:
+        """(N, n) the condition's rows on the controls of a basis."""
+        total = sparse.csr_array((self.count, basis.n))
+        for s in range(self.times.shape[1]):
+            for order, side in set(zip(self.orders[:, s].tolist(), self.sides[:, s].tolist(), strict=True)):
+                i = np.flatnonzero((self.orders[:, s] == order) & (self.sides[:, s] == side))
+                place = (self.coefficients[i, s], (i, np.arange(i.size)))
+                spread = sparse.csr_array(place, shape=(self.count, i.size))
+                total = total + spread @ _sided(basis, self.times[i, s], order, side)
+        total = sparse.csr_array(total)
+        total.eliminate_zeros()
+        return total
+
+    def spread(self, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+        """(N, D) one of the condition's arrays for values of a shape of D coordinates."""
+        if array.ndim == 1:
+            array = array.reshape(-1, *(1,) * len(shape))
+        if array.shape[1:] != shape and any(s != 1 for s in array.shape[1:]):
+            raise InputError(f"{self.name}: values of shape {array.shape[1:]} on a curve of values of shape {shape}")
+        return np.broadcast_to(array, (self.count, *shape)).reshape(self.count, -1).astype(float)
+
+
+def _single(name, times, order, side, target, lower, upper) -> CurveCondition:
+    """A condition whose rows sample the curve once."""
+    if side not in SIDES:
+        raise InputError(f"{name}: side {side!r} is unknown; there are left, right")
+    one = np.ones((len(times), 1))
+    orders = np.full((len(times), 1), _order(order, name))
+    return CurveCondition(
+        name, times[:, None], orders, one, np.full((len(times), 1), SIDES[side]), target, lower, upper
+    )
+
+
+def _order(order: int, name: str) -> int:
+    if isinstance(order, bool) or int(order) != order or order < 0:
+        raise InputError(f"{name}: derivative order {order!r}: a whole number, 0 or more, is needed")
+    return int(order)
+
+
+def _name(order: int) -> str:
+    return NAMES[order] if order in range(len(NAMES)) else f"derivatives {order}"
+
+
+def _times(times: ArrayLike, name: str) -> np.ndarray:
+    array = np.atleast_1d(np.asarray(times, dtype=float))
+    if array.ndim != 1 or not array.size or not np.isfinite(array).all():
+        raise InputError(f"{name}: times of shape {array.shape}: finite, (N,), N ≥ 1, is needed")
+    values, counts = np.unique(array, return_counts=True)
+    if (counts > 1).any():
+        raise InputError(f"{name}: time {values[np.argmax(counts > 1)]:g} is given twice")
+    return array
+
+
+def _rows(values: ArrayLike, times: np.ndarray, what: str, finite: bool = True, exact: bool = False) -> np.ndarray:
+    """(N, …) one row per time; a single number serves for all, unless `exact` and there are several times."""
+    array = np.asarray(values, dtype=float)
+    if not array.ndim and not (exact and len(times) > 1):
+        array = np.full(len(times), float(array))
+    if not array.ndim or len(array) != len(times):
+        raise InputError(f"{what} of shape {array.shape} for {len(times)} times: one row per time is needed")
+    if np.isnan(array).any() or (finite and not np.isfinite(array).all()):
+        raise InputError(f"{what}: row {int(np.argwhere(~np.isfinite(array))[0][0])} is not finite")
+    return array
+
+
+def _alike(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Both arrays with the trailing axes of the one that has more."""
+    axes = max(a.ndim, b.ndim)
+    low, high = np.broadcast_arrays(*(x.reshape(x.shape + (1,) * (axes - x.ndim)) for x in (a, b)))
+    return low, high
+
+
+def _sided(basis: BSplineBasis, t: np.ndarray, order: int, side: int) -> sparse.csr_array:
+    """(N, n) derivatives of the B-splines at t, from the left (−1) or the right (1) at a knot."""
+    if side > 0:
+        return basis.matrix(t, order)
+    # From the left is from the right in the mirror, where functions and knots come in the opposite order.
+    mirror = BSplineBasis(-basis.knots[::-1], basis.degree)
+    return (-1) ** order * mirror.matrix(-t, order)[:, ::-1]

@@ -1,0 +1,63 @@
+"""The spline space of a fit: knots for a number of controls, and whether samples determine them."""
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.splines import BSplineBasis
+
+
+def fit_basis(times: np.ndarray, used: np.ndarray, degree: int, controls: int | None, knots) -> BSplineBasis:
+    """The clamped basis over `times` (M,) for a number of controls, or with given inner knots; used: sample numbers."""
+    if (controls is None) == (knots is None):
+        raise InputError("either controls, their number, or knots, the inner knots, is needed")
+    if controls is None:
+        inner = np.asarray(knots, dtype=float)
+    else:
+        if int(controls) != controls or controls < degree + 1:
+            raise InputError(
+                f"controls {controls!r}: a whole number, {degree + 1} or more for degree {degree}, is needed"
+            )
+        if len(used) < controls:
+            raise InputError(f"{len(used)} samples cannot determine {controls} controls: ask for {len(used)} or fewer")
+        # Equal numbers of samples between the knots: where samples are dense there is detail to follow.
+        share = np.linspace(0, len(used) - 1, int(controls) - degree + 1)
+        inner = np.interp(share, np.arange(len(used)), times[used])[1:-1]
+    ends = [np.full(degree + 1, t) for t in times[[0, -1]]]
+    return BSplineBasis(np.concatenate([ends[0], inner, ends[1]]), degree)
+
+
+def _supports(basis: BSplineBasis) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) each: where the support of every control begins and ends, the domain's own ends counted inside."""
+    low, high = basis.knots[: basis.n].copy(), basis.knots[-basis.n :].copy()
+    low[0], high[-1] = np.nextafter(low[0], -np.inf), np.nextafter(high[-1], np.inf)
+    return low, high
+
+
+def require_determined(basis: BSplineBasis, times: np.ndarray, used: np.ndarray) -> None:
+    """Raise InputError unless every control gets a sample of its own inside its support, in order."""
+    taken = -1
+    for j, (low, high) in enumerate(zip(*_supports(basis), strict=True)):
+        inside = np.flatnonzero((times[used] > low) & (times[used] < high))
+        free = inside[inside > taken]
+        if not free.size:
+            there = f"samples {used[inside[0]]} to {used[inside[-1]]}" if inside.size else "no samples"
+            raise InputError(
+                f"control {j} acts between the times {low:g} and {high:g}, where there are {there}: "
+                "too few for the controls there; move the knots or ask for fewer controls"
+            )
+        taken = free[0]
+
+
+def require_free(basis: BSplineBasis, times: np.ndarray, exact: np.ndarray) -> None:
+    """Raise InputError unless every exact sample gets a control of its own that acts there, in order."""
+    low, high = _supports(basis)
+    taken = -1
+    for i in exact:
+        free = np.flatnonzero((low < times[i]) & (times[i] < high))
+        free = free[free > taken]
+        if not free.size:
+            raise InputError(
+                f"exact sample {i} (time {times[i]:g}) and those before it are more conditions than the controls "
+                "that act there: ask for more controls or fewer exact samples"
+            )
+        taken = free[0]

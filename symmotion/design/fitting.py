@@ -1,0 +1,247 @@
+"""Motion fitting: few controls that follow many samples (HJK 2.3, application 4), as programs."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from time import perf_counter
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from symmotion.design.fit_space import fit_basis, require_determined, require_free
+from symmotion.design.jets import UNKNOWN, JetKernel, jet_symbols, nodes_for
+from symmotion.energies import Energy
+from symmotion.errors import InputError
+from symmotion.motions import Affine, AffineMotion, Keyframes
+from symmotion.program import Constraint, Program
+from symmotion.splines import BSplineBasis, Spline
+
+SAMPLES = "samples"
+EXACT = "exact samples"
+
+
+def fit_program(
+    samples: Keyframes,
+    *,
+    degree: int = 3,
+    controls: int | None = None,
+    knots=None,
+    objective: Energy | None = None,
+    weights=None,
+    points=None,
+    huber: float | None = None,
+    exact: Sequence[int] = (),
+) -> Program:
+    """The affine spline motion that follows many samples with few controls, as a program.
+
+    Minimise Σ w_i s_i + objective, s_i = mean over the body points p of
+    ‖(v(t_i) + A(t_i) p) − (v*_i + A*_i p)‖², over all control matrices and points; with `huber` = δ
+    the data term is Σ w_i 2δ² (√(1 + s_i/δ²) − 1): s_i for distances far below δ, 2δ√s_i far
+    above it (the smooth form of Huber's loss; HJK 2.3, application 4). It is the sum of the
+    squares of the residuals times √(2/(1 + √(1 + s_i/δ²))), so that both the exact Hessian and a
+    Gauss–Newton matrix are at hand. The start is the spline of least squares.
+
+    controls: how many, their knots at equal numbers of samples; or `knots`, the inner knots.
+    objective: an energy or a weighted sum of energies that smooths; nothing when left out.
+    weights: (M,) not negative, ones when left out; zero leaves a sample out.
+    points: (P, d) body points, the unit vectors and their opposites when left out.
+    huber: δ, in the unit of length. exact: numbers of samples that are met exactly, by linear
+        conditions with multipliers under "exact samples".
+
+    Raises InputError where the samples do not determine the controls (Schoenberg and Whitney
+    1953) or the exact ones crowd, naming the samples, and for weights, δ and numbers out of range.
+    """
+    began = perf_counter()
+    if objective is not None and not isinstance(objective, Energy):
+        raise InputError(f"objective {objective!r} is no energy")
+    if isinstance(degree, bool) or int(degree) != degree or degree < 1:
+        raise InputError(f"degree {degree!r}: a whole number, 1 or more, is needed")
+    if huber is not None and not 0 < huber < np.inf:
+        raise InputError(f"huber {huber!r}: a positive distance is needed")
+    weights, met = _weights(weights, len(samples)), _numbers(exact, len(samples))
+    if objective is None and len(met) == len(samples):
+        raise InputError("all samples are exact and there is no objective: nothing is left to minimise")
+    used = np.union1d(np.flatnonzero(weights), met)
+    basis = fit_basis(samples.times, used, int(degree), controls, knots)
+    require_determined(basis, samples.times, used)
+    require_free(basis, samples.times, met)
+    start = _least_squares(basis, samples, used, weights)
+    fit = FitDesign(samples, objective, start, weights, _points(points, samples.dimension), huber, met)
+    return replace(fit.program(), build_seconds=perf_counter() - began)
+
+
+@dataclass(frozen=True, eq=False)
+class FitDesign:
+    """The question of a fit: samples, their weights and loss, what smooths, the spline space with its start.
+
+    start: controls (n, d² + d); weights: (M,); points: (P, d); exact: numbers of the samples that are met.
+    """
+
+    samples: Keyframes
+    objective: Energy | None
+    start: Spline
+    weights: np.ndarray
+    points: np.ndarray
+    huber: float | None
+    exact: np.ndarray
+
+    @property
+    def basis(self) -> BSplineBasis:
+        return self.start.basis
+
+    @cached_property
+    def followed(self) -> np.ndarray:
+        """Numbers of the samples in the data term: those with a weight that are not exact."""
+        return np.setdiff1d(np.flatnonzero(self.weights), self.exact)
+
+    def program(self) -> Program:
+        """The program of this question."""
+        start = {UNKNOWN: self.start.control_points}
+        d, times, terms = self.samples.dimension, self.samples.times, []
+        if len(self.followed):
+            weights = self.weights[self.followed]
+            kernel = self._data_kernel()
+            terms.append(kernel.at(SAMPLES, self.basis, times[self.followed], self._data, weights=weights))
+        for k, (weight, energy) in enumerate(self.objective.parts if self.objective else ()):
+            if weight > 0:
+                taken = {t.name for t in terms}
+                name = energy.name if energy.name not in taken else f"{energy.name} ({k + 1})"
+                nodes = nodes_for(energy, self.motion(start))
+                terms.append(JetKernel.of(energy, d).integral(name, self.basis, nodes, weight))
+        constraints = ()
+        if len(self.exact):
+            values, targets = _symbols(d)
+            kernel = JetKernel.from_expression(values - targets, d, EXACT, targets, channels=d * d + d)
+            block = kernel.at(EXACT, self.basis, times[self.exact], _coordinates(self.samples)[self.exact])
+            constraints = (Constraint.equality(block),)
+        return Program(start, tuple(terms), constraints, self)
+
+    def _data_kernel(self) -> JetKernel:
+        d = self.samples.dimension
+        values, targets = _symbols(d)
+        change = values - targets
+        linear, translation = ca.reshape(change[: d * d], d, d).T, change[d * d :]
+        out = ca.vec(ca.horzcat(linear, translation) @ ca.DM(_root(self.points)))
+        delta = ca.SX.sym("delta")
+        if self.huber is not None:
+            out = out * ca.sqrt(2 / (1 + ca.sqrt(1 + ca.sumsqr(out) / delta**2)))
+        return JetKernel.from_expression(out, d, SAMPLES, ca.vertcat(targets, delta), squares=True, channels=d * d + d)
+
+    @property
+    def _data(self) -> np.ndarray:
+        targets = _coordinates(self.samples)[self.followed]
+        return np.column_stack([targets, np.full(len(targets), self.huber or 0.0)])
+
+    def distances(self, motion: AffineMotion) -> np.ndarray:
+        """(M,) √s_i: how far the body points are from their samples, root mean square over the points."""
+        linear, translation = motion(self.samples.times)
+        change = np.concatenate(
+            [linear - self.samples.linear, (translation - self.samples.translation)[..., None]], axis=2
+        )
+        return np.linalg.norm(change @ _root(self.points), axis=(1, 2))
+
+    def influence(self, motion: AffineMotion) -> np.ndarray:
+        """(M,) by how much each sample's pull is weaker than its weight: 1/√(1 + s_i/δ²), ones without Huber's loss."""
+        ratio = self.distances(motion) / (self.huber or np.inf)
+        return 1 / np.sqrt(1 + ratio**2)
+
+    def motion(self, unknowns: Mapping[str, np.ndarray]) -> AffineMotion:
+        """The motion of the program's unknowns."""
+        return AffineMotion.from_spline(Spline(self.basis, unknowns[UNKNOWN]), self.samples.dimension)
+
+    def unknowns(self, motion: AffineMotion) -> dict[str, np.ndarray]:
+        """The unknowns closest to a motion at the samples, exactly where the space holds it."""
+        times = self.samples.times
+        seen = Keyframes(times, *motion(times))
+        used = np.union1d(self.followed, self.exact)
+        return {UNKNOWN: _least_squares(self.basis, seen, used, np.ones(len(times))).control_points}
+
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+        """Multipliers by constraint; the exact samples' as `.linear` (K, d, d) and `.translation` (K, d).
+
+        ∂f*/∂A*_i = −linear[k] and ∂f*/∂v*_i = −translation[k] for the k-th exact sample i.
+        """
+        d = self.samples.dimension
+        shaped = multipliers.get(EXACT, np.empty((0, d * d + d)))
+        return {**multipliers, EXACT: Affine(shaped[:, : d * d].reshape(-1, d, d), shaped[:, d * d :])}
+
+    def with_keyframes(self, program: Program, keyframes: Keyframes) -> Program:
+        """The program for other samples at the same times; structure and kernels are kept."""
+        if keyframes.dimension != self.samples.dimension:
+            raise InputError(f"samples in {keyframes.dimension}D for a program in {self.samples.dimension}D")
+        if not np.array_equal(keyframes.times, self.samples.times):
+            raise InputError("with_keyframes keeps the times; make a new program for other times")
+        began = perf_counter()
+        used = np.union1d(self.followed, self.exact)
+        start = _least_squares(self.basis, keyframes, used, self.weights)
+        design = replace(self, samples=keyframes, start=start)
+        times, terms = keyframes.times, program.terms
+        if len(self.followed):
+            data = np.column_stack([times[self.followed], design._data])
+            terms = (terms[0].with_data(data), *terms[1:])
+        changes = {"start": {UNKNOWN: start.control_points}, "terms": terms, "design": design}
+        if len(self.exact):
+            targets = np.column_stack([times[self.exact], _coordinates(keyframes)[self.exact]])
+            program = program.with_data(EXACT, targets)
+        return replace(program, **changes, build_seconds=perf_counter() - began)
+
+    def stages(self, by: str) -> Iterator[Program]:
+        """Fits have none: they start from the spline of least squares."""
+        raise InputError(f"a fit has no stages by {by!r}: solve it at once")
+
+
+def _symbols(d: int) -> tuple[ca.SX, ca.SX]:
+    """The d² + d coordinates of a position, of the motion and of a sample."""
+    jet, _ = jet_symbols(d)
+    return ca.vertcat(ca.vec(jet.A.T), jet.v), ca.SX.sym("target", d * d + d)
+
+
+def _coordinates(samples: Keyframes) -> np.ndarray:
+    """(M, d² + d) each matrix row by row, then the translation."""
+    return np.concatenate([samples.linear.reshape(len(samples), -1), samples.translation], axis=1)
+
+
+def _least_squares(basis: BSplineBasis, samples: Keyframes, used: np.ndarray, weights: np.ndarray) -> Spline:
+    """The spline of least Σ w_i ‖s(t_i) − sample_i‖² over the samples used; weight one where an exact one has none."""
+    from scipy.interpolate import make_lsq_spline  # here: see Spline._scipy
+
+    roots = np.sqrt(np.where(weights > 0, weights, 1.0)[used])
+    found = make_lsq_spline(samples.times[used], _coordinates(samples)[used], basis.knots, basis.degree, w=roots)
+    return Spline(basis, found.c)
+
+
+def _root(points: np.ndarray) -> np.ndarray:
+    """L (d + 1, d + 1) with ‖(ΔA Δv) L‖² = mean of ‖ΔA p + Δv‖² over the points: Σ (p 1)ᵀ(p 1)/P = L Lᵀ."""
+    homogeneous = np.column_stack([points, np.ones(len(points))]) / np.sqrt(len(points))
+    return np.transpose(np.linalg.qr(homogeneous, mode="r"))
+
+
+def _points(points, d: int) -> np.ndarray:
+    points = np.concatenate([np.eye(d), -np.eye(d)]) if points is None else np.asarray(points, dtype=float)
+    if points.ndim != 2 or points.shape[1] != d or not np.isfinite(points).all():
+        raise InputError(f"body points of shape {points.shape}: finite, shape (P, {d}), is needed")
+    if np.linalg.matrix_rank(np.column_stack([points, np.ones(len(points))])) <= d:
+        raise InputError(f"the {len(points)} body points do not fix an affine position: {d + 1} that span are needed")
+    return points
+
+
+def _weights(weights, m: int) -> np.ndarray:
+    weights = np.ones(m) if weights is None else np.array(weights, dtype=float)
+    if weights.shape != (m,):
+        raise InputError(f"weights of shape {weights.shape} for {m} samples: ({m},) is needed")
+    bad = ~(np.isfinite(weights) & (weights >= 0))
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise InputError(f"the weight of sample {i} is {weights[i]:g}: weights must be finite and not negative")
+    return weights
+
+
+def _numbers(exact: Sequence[int], m: int) -> np.ndarray:
+    numbers = np.asarray(exact)
+    if numbers.size and (numbers.ndim != 1 or not np.issubdtype(numbers.dtype, np.integer)):
+        raise InputError(f"exact {exact!r}: the numbers of samples are needed")
+    outside = (numbers < -m) | (numbers >= m)
+    if outside.any():
+        raise InputError(f"exact sample {numbers[outside][0]} does not exist: there are {m}")
+    return np.unique(numbers.astype(int) % m)

@@ -1,0 +1,19 @@
+"""Fairing of two-parameter and one-parameter rational B-spline motions (PCG, after Hahmann)."""
+
+from symmotion.fairing.coordinates import Coordinates
+from symmotion.fairing.fair import METHODS, fair
+from symmotion.fairing.jumps import Jumps, StepTables
+from symmotion.fairing.programs import fairing_program, local_step_program
+from symmotion.fairing.result import FairingResult, FairingStatus
+
+__all__ = [
+    "METHODS",
+    "Coordinates",
+    "FairingResult",
+    "FairingStatus",
+    "Jumps",
+    "StepTables",
+    "fair",
+    "fairing_program",
+    "local_step_program",
+]

@@ -1,0 +1,227 @@
+"""The two questions of fairing as programs of symbols: one local step, and a whole net at once."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from scipy import sparse
+
+from symmotion.errors import InputError
+from symmotion.fairing.coordinates import Box, Coordinates, Motion
+from symmotion.fairing.jumps import Jumps, Step
+from symmotion.program import Block, Constraint, Kernel, Program
+
+UNKNOWN = "controls"
+JUMPS = ("uuu", "vvv")
+
+
+@dataclass(frozen=True, eq=False)
+class FairingDesign:
+    """How the unknowns of a fairing program read as a motion: they are some controls of a net, the others stay.
+
+    start: (n, m, C) the net; controls: (P,) the unknowns' places in it, counted row by row.
+    """
+
+    coordinates: Coordinates
+    start: np.ndarray
+    controls: np.ndarray
+
+    def net(self, unknowns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """(n, m, C) the net with the unknowns in it."""
+        net = self.start.copy()
+        net.reshape(-1, net.shape[-1])[self.controls] = unknowns[UNKNOWN]
+        return net
+
+    def motion(self, unknowns: Mapping[str, np.ndarray]) -> Motion:
+        """The motion of the program's unknowns."""
+        return self.coordinates.motion_of(self.net(unknowns))
+
+    def unknowns(self, motion: Motion) -> dict[str, np.ndarray]:
+        """The unknowns that a motion over the same knots has."""
+        net = replace(self.coordinates, motion=motion).net
+        if net.shape != self.start.shape:
+            raise InputError(f"a start with a net of shape {net.shape}: {self.start.shape} is needed")
+        return {UNKNOWN: net.reshape(-1, net.shape[-1])[self.controls]}
+
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+        """Multipliers by constraint, one row per jump or control."""
+        return dict(multipliers)
+
+    def with_keyframes(self, program: Program, keyframes: Any) -> Program:
+        raise InputError("a fairing program has no keyframes")
+
+    def stages(self, by: str) -> Iterable[Program]:
+        raise InputError("a fairing program has no stages")
+
+
+def local_step_program(
+    motion: Motion, knot: tuple[int, ...], *, step: Step = "nine", parts: str | None = None, length: float = 1.0
+) -> Program:
+    """The local fairing step at one knot as a program: PCG (18), (19) with explicit λ and μ.
+
+    Minimise ½ Σ |d_ij − d⁰_ij|² subject to Δ_uuu = 0 ("uuu", multiplier λ) and Δ_vvv = 0 ("vvv",
+    μ), of a curve Δ_uuu = 0 alone. PCG's objective has no ½ and their multipliers are twice these.
+
+    knot: (k, l) counted from 0 at the first interior knot, of a curve (k,); step: "nine", moving
+    the inner controls, or "orthogonal", all 21 inside the ring. parts, length: as for `fair`.
+    """
+    began = perf_counter()
+    coordinates = Coordinates.of(motion, parts, length)
+    jumps = Jumps.of(motion.bases)
+    place = int(knot[0]), int(knot[1]) if len(knot) > 1 else 0
+    if len(knot) != len(motion.bases) or not all(0 <= k < count for k, count in zip(place, jumps.shape, strict=True)):
+        raise InputError(f"knot {knot!r}: indices below {jumps.shape[: len(motion.bases)]} are needed")
+    program = LocalSteps(coordinates, jumps, step).program(place, coordinates.net)
+    return replace(program, build_seconds=perf_counter() - began)
+
+
+@dataclass(frozen=True, eq=False)
+class LocalSteps:
+    """Programs of local steps, whose structure each knot keeps.
+
+    made: by knot the program made first, the controls that move in it, and the coefficients
+    (kinds, n m) of those that stay.
+    """
+
+    coordinates: Coordinates
+    jumps: Jumps
+    step: Step
+    made: dict[tuple[int, int], tuple[Program, np.ndarray, np.ndarray]] = field(default_factory=dict, repr=False)
+
+    def program(self, knot: tuple[int, int], net: np.ndarray) -> Program:
+        """The step at a knot (k, l) of a net (n, m, C), the same program with other data where it was made before."""
+        if knot not in self.made:
+            self.made[knot] = self._new(knot, net)
+        program, controls, fixed = self.made[knot]
+        flat = net.reshape(-1, net.shape[-1])
+        points = flat[controls]
+        for constraint, row in zip(program.constraints, fixed, strict=True):
+            program = program.with_data(constraint.name, (row @ flat)[None])
+        terms = (program.terms[0].with_data(points),)
+        return replace(
+            program, start={UNKNOWN: points}, terms=terms, design=FairingDesign(self.coordinates, net, controls)
+        )
+
+    def _new(self, knot: tuple[int, int], net: np.ndarray) -> tuple[Program, np.ndarray, np.ndarray]:
+        """The program, the controls that move, and the coefficients (kinds, n m) of those that stay."""
+        k, l = knot  # noqa: E741 - PCG's letters
+        u, v = self.jumps.u, self.jumps.v
+        whole = [np.outer(u.jumps[k], v.values[l]).ravel(), np.outer(u.values[k], v.jumps[l]).ravel()]
+        moved = [
+            np.outer(u.moved(self.step)[k], v.values[l]).ravel(),
+            np.outer(u.values[k], v.moved(self.step)[l]).ravel(),
+        ]
+        kinds, channels = self.jumps.kinds, net.shape[-1]
+        controls = np.flatnonzero(np.abs(moved[:kinds]).sum(axis=0))
+        points = net.reshape(-1, channels)[controls]
+        # Each of the two is a kernel of one row of symbols; which controls that row combines is the operator's.
+        z, other = ca.SX.sym("z", channels), ca.SX.sym("other", channels)
+        rows = slice(0, channels)
+        stay = sparse.csr_array(sparse.eye_array(len(controls)))
+        change = Kernel(z, other, z - other, channels, squares=True)
+        terms = (Block("change", change, UNKNOWN, rows, stay, 1, np.full(len(controls), 0.5), points),)
+        jump = Kernel(z, other, z + other, channels)
+        constraints = [
+            Constraint.equality(
+                Block(
+                    JUMPS[q],
+                    jump,
+                    UNKNOWN,
+                    rows,
+                    sparse.csr_array(whole[q][None, controls]),
+                    1,
+                    np.ones(1),
+                    np.zeros((1, channels)),
+                )
+            )
+            for q in range(kinds)
+        ]
+        design = FairingDesign(self.coordinates, net, controls)
+        fixed = np.array(whole[:kinds])
+        fixed[:, controls] = 0.0
+        return Program({UNKNOWN: points}, terms, tuple(constraints), design), controls, fixed
+
+
+def fairing_program(
+    motion: Motion,
+    *,
+    weight: float = 0.0,
+    tolerance: float | np.ndarray | None = None,
+    region: object = None,
+    parts: str | None = None,
+    length: float = 1.0,
+) -> Program:
+    """The fairing of a whole net as a program: min ΣL + w Σ|d − d⁰|², or subject to |d − d⁰| ≤ δ.
+
+    The controls that stay, the ring or all outside `region`, are the constraint "fixed", and
+    their multipliers say what moving them would do to the objective; the bounds are the
+    constraint "bounds", |d − d⁰|²/δ² ≤ 1.
+
+    weight: w ≥ 0; tolerance: δ > 0, one or (n, m) for all controls, None for no bounds; region,
+    parts, length: as for `fair`.
+    """
+    began = perf_counter()
+    coordinates = Coordinates.of(motion, parts, length)
+    jumps = Jumps.of(motion.bases)
+    box = Box.of(jumps, motion, region)
+    if not (np.isfinite(weight) and weight >= 0):
+        raise InputError(f"weight {weight!r}: a number, 0 or more, is needed")
+    net = coordinates.net
+    n, m, channels = net.shape
+    flat = net.reshape(-1, channels)
+    free = np.zeros((n, m), dtype=bool)
+    free[box.controls(jumps)] = True
+    rows, every = slice(0, channels), sparse.csr_array(sparse.eye_array(n * m))
+    u, v, kinds = jumps.u, jumps.v, jumps.kinds
+    parts_of = [sparse.kron(u.jumps, v.values), sparse.kron(u.values, v.jumps)][:kinds]
+    # Row by row the jumps of one knot, then those of the next.
+    order = np.arange(kinds * parts_of[0].shape[0]).reshape(kinds, -1).T.ravel()
+    operator = sparse.csr_array(sparse.vstack(parts_of, format="csr")[order])
+    operator.eliminate_zeros()
+    z, other = ca.SX.sym("z", kinds * channels), ca.SX.sym("none", 0)
+    count = operator.shape[0] // kinds
+    fairness = Kernel(z, other, z, channels, squares=True)
+    terms = [Block("fairness", fairness, UNKNOWN, rows, operator, 1, np.ones(count), np.zeros((count, 0)))]
+    z, other = ca.SX.sym("z", channels), ca.SX.sym("other", channels)
+    inside, outside = np.flatnonzero(free), np.flatnonzero(~free)
+    if weight:
+        near = Kernel(z, other, z - other, channels, squares=True)
+        terms.append(
+            Block("closeness", near, UNKNOWN, rows, every[inside], 1, np.full(len(inside), weight), flat[inside])
+        )
+    stay = Kernel(z, other, z - other, channels)
+    fixed = Block("fixed", stay, UNKNOWN, rows, every[outside], 1, np.ones(len(outside)), flat[outside])
+    constraints = [Constraint.equality(fixed)]
+    if tolerance is not None:
+        limit = tolerances(tolerance, (n, m)).ravel()[inside]
+        if not (limit > 0).all():
+            raise InputError("tolerance 0: bounds must leave room; exclude controls by the region instead")
+        constraints.append(_bounds(flat, inside, limit, every))
+    design = FairingDesign(coordinates, net, np.arange(n * m))
+    return Program(
+        {UNKNOWN: flat.copy()}, tuple(terms), tuple(constraints), design, build_seconds=perf_counter() - began
+    )
+
+
+def _bounds(flat: np.ndarray, inside: np.ndarray, limit: np.ndarray, every: sparse.csr_array) -> Constraint:
+    channels = flat.shape[1]
+    z, data = ca.SX.sym("z", channels), ca.SX.sym("data", channels + 1)
+    kernel = Kernel(z, data, ca.sumsqr((z - data[:channels]) / data[channels]), channels)
+    table = np.column_stack([flat[inside], limit])
+    block = Block("bounds", kernel, UNKNOWN, slice(0, channels), every[inside], 1, np.ones(len(inside)), table)
+    return Constraint(block, np.full((len(inside), 1), -np.inf), np.ones((len(inside), 1)))
+
+
+def tolerances(tolerance: float | np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """(n, m) a tolerance for every control; InputError for negative ones and other shapes."""
+    limit = np.asarray(tolerance, dtype=float)
+    if limit.ndim == 1 and shape[1] == 1:
+        limit = limit[:, None]
+    if limit.shape not in ((), shape):
+        raise InputError(f"tolerances of shape {limit.shape}: one number or {shape}, one for each control, is needed")
+    if not (limit >= 0).all():
+        raise InputError("tolerance: numbers, 0 or more, are needed")
+    return np.broadcast_to(limit, shape)

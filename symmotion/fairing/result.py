@@ -1,0 +1,91 @@
+"""What fairing returns, whatever the method."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Generic
+
+import numpy as np
+
+from symmotion.errors import SolveError
+from symmotion.fairing.coordinates import AnyMotion
+from symmotion.program import Certificate
+
+
+class FairingStatus(StrEnum):
+    """How fairing ended.
+
+    TARGET: G is at the target or below; SOLVED: the global problem is solved; MINIMUM: G went up
+    again for good, past its minimum, and the best net was kept; CAP: the cap on steps was reached;
+    EXHAUSTED: no step is left that the tolerance allows; FAILED: a solver failed.
+    """
+
+    TARGET = "target"
+    SOLVED = "solved"
+    MINIMUM = "minimum"
+    CAP = "cap"
+    EXHAUSTED = "exhausted"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, eq=False)
+class FairingResult(Generic[AnyMotion]):
+    """A faired motion and how it came about.
+
+    G and L are in squared units of the faired coordinates (of quaternions as scaled as the
+    controls are, of lengths over `length`) by the sixth power of the units of u and v.
+
+    motion: the best one found; start: the one given; method: its name; status; message.
+    history: (steps + 1,) G of the start and after every step, also those after the best net.
+    before, after: (K, L) the local measures L_kl at the interior knots; of a curve (K,).
+    displacement: (n, m) how far each control went, in units of the faired coordinates; of a curve (n,).
+    multipliers: "jumps" (K, L, 2, C) the λ and μ of the steps up to the best net, summed for each
+        knot; of the global methods one row per jump or control of each constraint.
+    certificate: the worst of the programs solved, None where none was.
+    steps: local steps taken, or iterations of the solver; best_step: that of the motion.
+    discarded: steps that the tolerance forbade; weight: w of the least squares.
+    """
+
+    motion: AnyMotion
+    start: AnyMotion
+    method: str
+    status: FairingStatus
+    history: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    displacement: np.ndarray
+    multipliers: Mapping[str, np.ndarray]
+    certificate: Certificate | None
+    steps: int
+    best_step: int
+    seconds: float
+    discarded: int = 0
+    weight: float | None = None
+    message: str = ""
+
+    @property
+    def initial(self) -> float:
+        """G of the start."""
+        return float(self.before.sum())
+
+    @property
+    def final(self) -> float:
+        """G of the motion, summed afresh."""
+        return float(self.after.sum())
+
+    def require(self, target: float | None = None) -> "FairingResult[AnyMotion]":
+        """This result, if no solver failed and G is at most `target`, where one is given; else SolveError."""
+        if self.status == FairingStatus.FAILED:
+            raise SolveError(f"fairing by {self.method} failed: {self.message}")
+        if target is not None and not self.final <= target * (1 + 1e-9):
+            raise SolveError(
+                f"fairing by {self.method} ended with G = {self.final:.4g} above the target {target:g} "
+                f"({self.status} after {self.steps} steps)"
+            )
+        return self
+
+    def __repr__(self) -> str:
+        return (
+            f"FairingResult({self.method}: {self.status}, G {self.initial:.4g} → {self.final:.4g} at step "
+            f"{self.best_step} of {self.steps}, displacement up to {self.displacement.max():.3g}, {self.seconds:.3g} s)"
+        )

@@ -1,0 +1,247 @@
+"""Interpolants of affine keyframes that need no optimisation: what the optimum is compared with.
+
+Values and derivatives are exact up to rounding: every one of these motions is made of
+exponentials of polynomials, whose Taylor coefficients at t are the blocks of one larger
+exponential. At a keyframe derivatives are those of the segment that begins there.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import factorial
+from typing import Literal
+
+import numpy as np
+from scipy import linalg as la
+
+from symmotion.errors import InputError
+from symmotion.motions.affine import Affine, AffineMotion
+from symmotion.motions.keyframes import Keyframes
+from symmotion.motions.rigid import polar_factors
+from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
+
+TURN_2D = np.array([[0.0, -1.0], [1.0, 0.0]])
+# (3, 3, 3): the skew matrix of a vector w is TURN_3D @ w.
+TURN_3D = np.array(
+    [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]]
+).transpose(1, 2, 0)
+# Turned by 180° up to this, relative, an eigenvalue counts as negative: its logarithm has no direction.
+NEGATIVE = 1e-9
+
+# Taylor coefficients of matrices at times (N,) up to an order: (order + 1, N, n, n).
+Series = Callable[[np.ndarray, int], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Interpolant:
+    """An affine motion given by the Taylor series of its homogeneous matrix ((A, v), (0, 1)).
+
+    name: what it is; keyframes: what it passes through; series: its coefficients;
+    highest: the highest derivative that it has, None for any.
+    """
+
+    name: str
+    keyframes: Keyframes
+    series: Series
+    highest: int | None = None
+
+    @property
+    def dimension(self) -> int:
+        return self.keyframes.dimension
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return float(self.keyframes.times[0]), float(self.keyframes.times[-1])
+
+    def __repr__(self) -> str:
+        return f"Interpolant({self.name}, {self.keyframes!r})"
+
+    def __call__(self, t, nu: int = 0) -> Affine:
+        """The nu-th derivative at times t: linear t.shape + (d, d), translation t.shape + (d,).
+
+        Raises InputError outside the domain and for a derivative that is not to be had.
+        """
+        t, d = np.asarray(t, dtype=float), self.dimension
+        if nu < 0 or (self.highest is not None and nu > self.highest):
+            raise InputError(f"derivative order {nu} of {self.name}: 0 to {self.highest or 'any'} can be had")
+        a, b = self.domain
+        outside = ~((t >= a) & (t <= b))
+        if outside.any():
+            raise InputError(f"time {t[outside].flat[0]:g} is outside the domain [{a:g}, {b:g}] of {self.name}")
+        matrix = factorial(nu) * self.series(t.ravel(), nu)[nu].reshape(*t.shape, d + 1, d + 1)
+        return Affine(matrix[..., :d, :d], matrix[..., :d, d])
+
+    def trajectory(self, points, t, nu: int = 0) -> np.ndarray:
+        """The nu-th derivative of the paths of body points (P, d) at times t: shape t.shape + (P, d)."""
+        linear, translation = self(t, nu)
+        return translation[..., None, :] + np.atleast_2d(points) @ np.swapaxes(linear, -1, -2)
+
+
+def component_cubic(keyframes: Keyframes, ends: str = "natural") -> AffineMotion:
+    """Every entry of A and v by a C² cubic spline with simple knots at the keyframe times (HJK 2.2)."""
+    values = np.concatenate([keyframes.linear.reshape(len(keyframes), -1), keyframes.translation], axis=1)
+    return AffineMotion.from_spline(cubic_interpolant(keyframes.times, values, ends), keyframes.dimension)
+
+
+def polar_blend(keyframes: Keyframes, rotation: Literal["spline", "slerp"] = "spline") -> Interpolant:
+    """A(t) = M(t) S(t): rotations and stretches A_i = M_i S_i, polar factors, interpolated apart.
+
+    S and v by natural cubic splines. M by "slerp" (steady turns, continuous only) or "spline",
+    C²: in the plane the cubic spline of the angle, in space SciPy's `RotationSpline`, which has
+    two derivatives to offer. Either way a turn goes the shorter way round; one by exactly 180°
+    goes either way.
+
+    Raises InputError that names a keyframe that is singular or reflected. Source: Shoemake and Duff 1992.
+    """
+    if rotation not in ("spline", "slerp"):
+        raise InputError(f"rotation {rotation!r} is unknown; there are spline, slerp")
+    keyframes.require_orientation("the polar decomposition")
+    turns, stretches, _ = polar_factors(keyframes.linear)
+    sizes = cubic_interpolant(keyframes.times, stretches)
+    path = cubic_interpolant(keyframes.times, keyframes.translation)
+    turning = (_planar_turns if keyframes.dimension == 2 else _spatial_turns)(keyframes.times, turns, rotation)
+
+    def series(t: np.ndarray, order: int) -> np.ndarray:
+        return _homogeneous(_product(turning(t, order), _of_spline(sizes, t, order)), _of_spline(path, t, order))
+
+    highest = 2 if rotation == "spline" and keyframes.dimension == 3 else None
+    return Interpolant(f"polar decomposition, {rotation}", keyframes, series, highest)
+
+
+def log_blend(keyframes: Keyframes, degree: Literal[1, 3] = 1) -> Interpolant:
+    """H(t) = exp(L(t)) with L through the logarithms log H_i of the homogeneous matrices.
+
+    degree: of L: 1 for exp((1 − s) log H_i + s log H_{i+1}) in every segment, continuous only;
+    3 for the natural cubic spline, C². The logarithms are principal ones, of the keyframes as
+    they are: those of keyframes that are turned by nearly 180° to one and to the other side lie
+    far apart, and the motion between such goes the long way round.
+
+    Raises InputError that names a keyframe with no real principal logarithm: one that is
+    singular, reflected or turned by 180°. Source: Alexa 2002.
+    """
+    if degree not in (1, 3):
+        raise InputError(f"degree {degree!r} of the logarithm: 1 or 3 is needed")
+    matrices = _matrices(keyframes)
+    logs = np.stack([_logarithm(m, f"keyframe {i}") for i, m in enumerate(matrices)])
+    times = keyframes.times
+    generator = cubic_interpolant(times, logs) if degree == 3 else Spline(BSplineBasis.clamped(times, 1), logs)
+    name = f"logarithm blending, {'linear' if degree == 1 else 'cubic'}"
+    return Interpolant(name, keyframes, lambda t, order: _exponential(_of_spline(generator, t, order)))
+
+
+def steady_morph(keyframes: Keyframes) -> Interpolant:
+    """H(t) = H_i (H_i⁻¹ H_{i+1})ˢ in every segment, s from 0 to 1, with the homogeneous matrices H_i.
+
+    Every segment has a constant velocity in the body's frame; at the keyframes it jumps.
+    Keyframes of constant ratio, H_i = H_0 Xⁱ at equal steps, give H_0 Xᵗ throughout.
+
+    Raises InputError that names neighbours whose ratio has no real principal logarithm: one of
+    them is singular or reflected, or they are turned by 180°. Source: Rossignac and Vinacua 2011.
+    """
+    matrices = _matrices(keyframes)
+    for i, matrix in enumerate(matrices):
+        if np.linalg.cond(matrix) > 1 / np.finfo(float).eps:
+            raise InputError(f"keyframe {i} is singular: a steady morph from or to it does not exist")
+    ratios = np.linalg.solve(matrices[:-1], matrices[1:])
+    logs = [_logarithm(r, f"keyframe {i + 1} against keyframe {i}") for i, r in enumerate(ratios)]
+    return Interpolant("steady affine morph", keyframes, _steady(keyframes.times, matrices[:-1], np.stack(logs)))
+
+
+def _matrices(keyframes: Keyframes) -> np.ndarray:
+    """(M, d + 1, d + 1) the homogeneous matrices."""
+    return _homogeneous(keyframes.linear[None], keyframes.translation[None])[0]
+
+
+def _logarithm(matrix: np.ndarray, whose: str) -> np.ndarray:
+    """The real principal logarithm; InputError with `whose` where there is none."""
+    eigenvalues = np.linalg.eigvals(matrix)
+    sizes = np.abs(eigenvalues)
+    none = (eigenvalues.real <= 0) & (np.abs(eigenvalues.imag) <= NEGATIVE * sizes)
+    none |= sizes <= np.finfo(float).eps * sizes.max()
+    if none.any():
+        value = eigenvalues[np.argmax(none)].real
+        raise InputError(
+            f"{whose} has no real principal logarithm (eigenvalue {value:.3g}): it is turned by 180°, reflected or "
+            "singular; put a keyframe between or use polar_blend"
+        )
+    return np.real(la.logm(matrix))
+
+
+def _segment(times: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """(N,) the segment of each time, of those that begin with a keyframe the one after it."""
+    return np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
+
+
+def _steady(times: np.ndarray, matrices: np.ndarray, logs: np.ndarray) -> Series:
+    """B_i exp(s L_i) with s from 0 to 1 in segment i; matrices B_i and logs L_i are (M − 1, n, n)."""
+
+    def series(t: np.ndarray, order: int) -> np.ndarray:
+        i = _segment(times, t)
+        step = np.diff(times)[i]
+        generator = np.zeros((order + 1, len(t), *logs.shape[1:]))
+        generator[0] = ((t - times[i]) / step)[:, None, None] * logs[i]
+        if order:
+            generator[1] = logs[i] / step[:, None, None]
+        return matrices[i] @ _exponential(generator)
+
+    return series
+
+
+def _planar_turns(times: np.ndarray, turns: np.ndarray, rotation: str) -> Series:
+    angles = np.unwrap(np.arctan2(turns[:, 1, 0], turns[:, 0, 0]))
+    angle = cubic_interpolant(times, angles) if rotation == "spline" else Spline(BSplineBasis.clamped(times, 1), angles)
+    return lambda t, order: _exponential(_of_spline(angle, t, order)[..., None, None] * TURN_2D)
+
+
+def _spatial_turns(times: np.ndarray, turns: np.ndarray, rotation: str) -> Series:
+    from scipy.spatial.transform import Rotation, RotationSpline  # here: see as_rotations
+
+    rotations = Rotation.from_matrix(turns)
+    if rotation == "slerp":
+        return _steady(times, turns[:-1], _skew((rotations[:-1].inv() * rotations[1:]).as_rotvec()))
+    spline = RotationSpline(times, rotations)
+
+    def series(t: np.ndarray, order: int) -> np.ndarray:
+        # Ṁ = M ω̂ and M̈ = M (ω̂² + α̂) with SciPy's rates, which are those in the body's frame.
+        turn, rate, acceleration = spline(t).as_matrix(), _skew(spline(t, 1)), _skew(spline(t, 2))
+        return np.stack([turn, turn @ rate, 0.5 * turn @ (rate @ rate + acceleration)])[: order + 1]
+
+    return series
+
+
+def _skew(vectors: np.ndarray) -> np.ndarray:
+    """(N, 3, 3) the matrices of w ×."""
+    return np.einsum("ijk,nk->nij", TURN_3D, vectors)
+
+
+def _of_spline(spline: Spline, t: np.ndarray, order: int) -> np.ndarray:
+    """(order + 1, N, …) the Taylor coefficients of a spline."""
+    return np.stack([spline(t, k) / factorial(k) for k in range(order + 1)])
+
+
+def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The Taylor coefficients of a product of matrices."""
+    return np.stack([sum(a[j] @ b[k - j] for j in range(k + 1)) for k in range(len(a))])
+
+
+def _exponential(generator: np.ndarray) -> np.ndarray:
+    """The Taylor coefficients of exp(L(t)) from those of L.
+
+    The exponential of the block Toeplitz matrix with L's coefficients in its first row has
+    those of exp(L) in its first row: both stand for the same polynomials in a nilpotent matrix.
+    """
+    orders, count, n, _ = generator.shape
+    blocks = np.zeros((count, orders, n, orders, n))
+    for k in range(orders):
+        for j in range(orders - k):
+            blocks[:, j, :, j + k, :] = generator[k]
+    result = np.asarray(la.expm(blocks.reshape(count, orders * n, orders * n)))
+    return result.reshape(count, orders, n, orders, n)[:, 0].transpose(2, 0, 1, 3)
+
+
+def _homogeneous(linear: np.ndarray, translation: np.ndarray) -> np.ndarray:
+    """(order + 1, N, d + 1, d + 1) from coefficients of A and v."""
+    d = translation.shape[-1]
+    matrix = np.zeros((*translation.shape[:-1], d + 1, d + 1))
+    matrix[..., :d, :d], matrix[..., :d, d] = linear, translation
+    matrix[0, ..., d, d] = 1.0
+    return matrix

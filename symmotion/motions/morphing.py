@@ -1,0 +1,58 @@
+"""Affine keyframes out of affine copies of a shape, to morph the copies into each other (HJK 2.3, application 1)."""
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.motions.keyframes import Keyframes
+
+# Smallest over largest singular value, below which a shape or a copy counts as flat.
+FLAT = 1e-9
+
+
+def keyframes_from_copies(shape, copies, *, times=None, method: str = "centripetal") -> Keyframes:
+    """The affine keyframes that carry a shape closest to its copies: least Σ_p ‖v_i + A_i p − copy_i(p)‖².
+
+    shape: (P, d) its points (of a polygon, or the control points of a Bézier outline), P ≥ d + 1;
+    copies: (M, P, d) the same points in each copy.
+    times: (M,), or by `method` over 0 to 1 with the shape's points as body points (HJK 2.2).
+
+    Raises InputError where the shape is flat, where a copy is (naming it), and where shapes do
+    not match. `copy_deviations` says how far from affine the copies are.
+    """
+    shape, copies = _check(shape, copies)
+    homogeneous = np.column_stack([shape, np.ones(len(shape))])
+    maps = np.stack([np.linalg.lstsq(homogeneous, copy)[0] for copy in copies])
+    linear, translation = np.swapaxes(maps[:, :-1], 1, 2), maps[:, -1]
+    # Of the points, not of the matrix alone: a copy may be small, but not thin beside its own extent.
+    sizes = np.linalg.svd((shape - shape.mean(axis=0)) @ np.swapaxes(linear, 1, 2), compute_uv=False)
+    flat = sizes[:, -1] <= FLAT * sizes[:, 0]
+    if flat.any():
+        i = int(np.argmax(flat))
+        raise InputError(f"copy {i} is flat: its points lie in a line or plane, no motion through it keeps the shape")
+    if times is None:
+        return Keyframes.parametrised(linear, translation, method, shape)
+    return Keyframes(times, linear, translation)
+
+
+def copy_deviations(keyframes: Keyframes, shape, copies) -> np.ndarray:
+    """(M,) root mean square distance of each copy's points from the shape as the keyframe carries it."""
+    shape, copies = _check(shape, copies)
+    if len(copies) != len(keyframes) or shape.shape[1] != keyframes.dimension:
+        raise InputError(f"{len(copies)} copies in {shape.shape[1]}D for {keyframes!r}")
+    carried = keyframes.translation[:, None] + shape @ np.swapaxes(keyframes.linear, 1, 2)
+    return np.sqrt(((carried - copies) ** 2).sum(axis=2).mean(axis=1))
+
+
+def _check(shape, copies) -> tuple[np.ndarray, np.ndarray]:
+    shape, copies = np.asarray(shape, dtype=float), np.asarray(copies, dtype=float)
+    if shape.ndim != 2 or shape.shape[1] not in (2, 3) or not np.isfinite(shape).all():
+        raise InputError(f"a shape of {shape.shape}: finite points (P, 2) or (P, 3) are needed")
+    if copies.ndim != 3 or copies.shape[1:] != shape.shape:
+        raise InputError(f"copies of shape {copies.shape}: (M, {shape.shape[0]}, {shape.shape[1]}) is needed")
+    finite = np.isfinite(copies).all(axis=(1, 2))
+    if not finite.all():
+        raise InputError(f"copy {int(np.argmin(finite))} has a point that is not finite")
+    sizes = np.linalg.svd(shape - shape.mean(axis=0), compute_uv=False)
+    if len(shape) <= shape.shape[1] or sizes[-1] <= FLAT * sizes[0]:
+        raise InputError(f"the shape's {len(shape)} points lie in a line or plane: they do not fix an affine map")
+    return shape, copies

@@ -1,0 +1,190 @@
+"""Quaternion algebra on arrays (…, 4), scalar first (w, x, y, z), Hamilton product; SciPy `Rotation` at the border."""
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from symmotion.errors import InputError
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+UNIT_TOLERANCE = 1e-6
+# Neighbours whose scalar product is smaller are half a turn apart: both ways round are equally long.
+HALF_TURN = 1e-9
+
+Signs = Literal["align", "keep", "check"]
+
+
+def product(p, q) -> np.ndarray:
+    """p q, shapes (…, 4) that broadcast."""
+    p, q = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
+    pw, px, py, pz = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
+    qw, qx, qy, qz = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    return np.stack(
+        [
+            pw * qw - px * qx - py * qy - pz * qz,
+            pw * qx + px * qw + py * qz - pz * qy,
+            pw * qy - px * qz + py * qw + pz * qx,
+            pw * qz + px * qy - py * qx + pz * qw,
+        ],
+        axis=-1,
+    )
+
+
+def conjugate(q) -> np.ndarray:
+    """(w, −x, −y, −z), of a unit quaternion the inverse."""
+    return np.asarray(q, dtype=float) * [1.0, -1.0, -1.0, -1.0]
+
+
+def exp(v) -> np.ndarray:
+    """exp(v) = (cos |v|, sin |v| v/|v|) of vectors (…, 3): the turn by 2|v| about v (KKS 2.2)."""
+    v = np.asarray(v, dtype=float)
+    angle = np.linalg.norm(v, axis=-1, keepdims=True)
+    # sinc is smooth through zero.
+    return np.concatenate([np.cos(angle), np.sinc(angle / np.pi) * v], axis=-1)
+
+
+def log(q) -> np.ndarray:
+    """The v (…, 3) of least length with exp(v) = q for unit quaternions (…, 4); |v| ≤ π, at q = −1 along x."""
+    q = np.asarray(q, dtype=float)
+    w, v = q[..., :1], q[..., 1:]
+    sine = np.linalg.norm(v, axis=-1, keepdims=True)
+    angle = np.arctan2(sine, w)
+    tiny = sine < 1e-150
+    ratio = np.where(tiny, 1.0, angle / np.where(tiny, 1.0, sine))
+    return np.where(tiny & (w < 0), np.pi * np.array([1.0, 0.0, 0.0]), ratio * v)
+
+
+def short_log(q: np.ndarray) -> np.ndarray:
+    """The logarithm of q or −q, whichever is shorter."""
+    return log(q * np.where(q[:, :1] < 0, -1.0, 1.0))
+
+
+def rotate(q, v) -> np.ndarray:
+    """q v q⁻¹ for unit quaternions (…, 4) and vectors (…, 3)."""
+    q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
+    twice = 2.0 * np.cross(q[..., 1:], v)
+    return v + q[..., :1] * twice + np.cross(q[..., 1:], twice)
+
+
+def from_rotation(rotation: "Rotation") -> np.ndarray:
+    """Scalar-first unit quaternions (…, 4) of a SciPy `Rotation`."""
+    return np.roll(np.asarray(rotation.as_quat()), 1, axis=-1)
+
+
+def to_rotation(q) -> "Rotation":
+    """The SciPy `Rotation` of scalar-first unit quaternions (…, 4)."""
+    from scipy.spatial.transform import Rotation  # here, since it is a fifth of the time of `import symmotion`
+
+    q = np.asarray(q, dtype=float)
+    return Rotation.from_quat(np.roll(q, -1, axis=-1).reshape(-1, 4) if q.ndim > 2 else np.roll(q, -1, axis=-1))
+
+
+def as_quaternions(values, what: str = "quaternion", least: int = 1) -> np.ndarray:
+    """(M, 4) unit quaternions, scalar first, from such an array or a SciPy `Rotation`; normalised to rounding.
+
+    Raises InputError that names the first that is not finite, zero, or not of unit length to 1e-6.
+    """
+    if hasattr(values, "as_quat"):
+        values = from_rotation(values)
+    q = np.array(values, dtype=float)
+    if q.ndim != 2 or q.shape[1] != 4:
+        raise InputError(f"{what}s of shape {q.shape}: (M, 4), scalar first, is needed")
+    if len(q) < least:
+        raise InputError(f"{len(q)} {what}{'s' * (len(q) != 1)} are too few: at least {least} are needed")
+    if not np.isfinite(q).all():
+        raise InputError(f"{what} {int(np.argmin(np.isfinite(q).all(axis=1)))} is not finite")
+    size = np.linalg.norm(q, axis=1)
+    wrong = np.abs(size - 1) > UNIT_TOLERANCE
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        if size[i] < UNIT_TOLERANCE:
+            raise InputError(f"{what} {i} is zero: it is no orientation")
+        raise InputError(
+            f"{what} {i} has length {size[i]:.9g}, not 1 (tolerance {UNIT_TOLERANCE:g}): divide it by its length, and "
+            "check that its scalar part comes first"
+        )
+    return q / size[:, None]
+
+
+def aligned(q: np.ndarray, signs: Signs = "align", what: str = "keyframe") -> np.ndarray:
+    """(M, 4) the quaternions with signs such that neighbours turn the short way; q and −q are one orientation.
+
+    signs: "align"; "keep" takes them as they are, so that a negative scalar product of neighbours
+    means the long way round; "check" raises InputError there. Raises InputError where neighbours
+    leave no direction to turn in.
+    """
+    if signs not in ("align", "keep", "check"):
+        raise InputError(f"signs {signs!r} are unknown; there are align, keep, check")
+    cosine = np.sum(q[1:] * q[:-1], axis=1)
+    if signs == "align":
+        level = np.abs(cosine) < HALF_TURN
+        if level.any():
+            i = int(np.argmax(level))
+            raise InputError(
+                f"{what}s {i} and {i + 1} are half a turn apart, and both ways round are equally long: choose one by "
+                f'their signs with signs="keep", or put a {what} between them'
+            )
+        return q * np.concatenate([[1.0], np.cumprod(np.sign(cosine))])[:, None]
+    if signs == "check" and (cosine < 0).any():
+        i = int(np.argmax(cosine < 0))
+        long = 360 - np.rad2deg(2 * np.arccos(min(1.0, -cosine[i])))
+        raise InputError(
+            f"{what}s {i} and {i + 1} have mixed signs (scalar product {cosine[i]:.3g}): q and −q are one orientation, "
+            f'but the curve would turn the long way, {long:.4g}°. signs="align" turns the short way, "keep" the long'
+        )
+    antipodal = cosine < -1 + 0.5 * HALF_TURN**2 + 1e-15
+    if antipodal.any():
+        i = int(np.argmax(antipodal))
+        raise InputError(
+            f"{what}s {i} and {i + 1} are antipodal, q and −q: a whole turn about an axis that nothing tells. "
+            f'Use signs="align" for none, or put a {what} between them'
+        )
+    return q
+
+
+def increments_between(q: np.ndarray, turns=None, what: str = "keyframe") -> np.ndarray:
+    """(M − 1, 3) half-angle vectors ω_i with q_i = ± q_{i−1} exp(ω_i), longer by whole turns where asked for.
+
+    turns: (M − 1,) whole numbers of physical turns added along each one's own direction; negative
+    ones go the other way round. A turn is π in half-angle units and flips the sign of q (KKS 5.2).
+    """
+    plain = log(product(conjugate(q[:-1]), q[1:]))
+    if turns is None:
+        return plain
+    turns = np.asarray(turns)
+    if turns.shape != (len(q) - 1,) or (turns != np.round(turns)).any():
+        raise InputError(f"turns of shape {turns.shape}: a whole number per interval, ({len(q) - 1},), is needed")
+    size = np.linalg.norm(plain, axis=1)
+    still = (turns != 0) & (size < 1e-9)
+    if still.any():
+        i = int(np.argmax(still))
+        raise InputError(
+            f"{what}s {i} and {i + 1} are alike: extra turns between them need an axis; put a {what} between them"
+        )
+    return plain * (1 + np.pi * turns / np.where(size > 0, size, 1.0))[:, None]
+
+
+def skew(v) -> np.ndarray:
+    """(…, 3, 3) the matrix of v ×."""
+    v = np.asarray(v, dtype=float)
+    zero = np.zeros_like(v[..., 0])
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*v.shape[:-1], 3, 3)
+
+
+def right_jacobian(v) -> np.ndarray:
+    """(…, 3, 3) the J with exp(v + dv) = exp(v) exp(J dv) to first order, for half-angle vectors (…, 3).
+
+    J = I − (1 − cos θ)/θ² [2v]× + (θ − sin θ)/θ³ [2v]×², θ = 2|v|.
+    """
+    v = 2 * np.asarray(v, dtype=float)
+    angle = np.linalg.norm(v, axis=-1)[..., None, None]
+    small = angle < 1e-2
+    safe = np.where(small, 1.0, angle)
+    s = angle**2
+    first = np.where(small, 0.5 - s / 24 + s**2 / 720, 2 * np.sin(safe / 2) ** 2 / safe**2)
+    second = np.where(small, 1 / 6 - s / 120 + s**2 / 5040, (safe - np.sin(safe)) / safe**3)
+    cross = skew(v)
+    return np.eye(3) - first * cross + second * (cross @ cross)

@@ -1,0 +1,201 @@
+"""Rational motions: what follows from a dual quaternion and its derivatives, whatever they depend on."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product as combinations
+from math import comb, prod
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symmotion.errors import InputError
+from symmotion.motions.affine import Affine
+from symmotion.motions.dual import DualQuaternions
+from symmotion.motions.quaternion_algebra import conjugate, product
+from symmotion.splines import BSplineBasis, Spline
+
+if TYPE_CHECKING:
+    from symmotion.motions.two_parameter import TwoParameterMotion
+
+Order = tuple[int, ...]
+Pair = tuple[np.ndarray, np.ndarray]
+UNITS = np.eye(4)[1:]
+
+
+def positions(pairs: Callable[[Order], Pair], order: Order) -> Affine:
+    """Derivatives of rotation matrix and translation from those of the dual quaternion Q + εR.
+
+    QQ* (A, d) is the homogeneous form of PCG (13), bilinear in Q and R: its derivatives follow
+    from the product rule, those of (A, d) from the quotient rule.
+
+    pairs: for an order of derivative (by u, by v, …) those of Q and R, (…, 4) each.
+    Returns linear (…, 3, 3) and translation (…, 3).
+    """
+    if min(order) < 0:
+        raise InputError(f"derivative orders {order!r}: 0 or more is needed")
+    jet = {k: pairs(k) for k in _lower(order)}
+    value = quotient(lambda k: _homogeneous(jet, k), order)
+    return Affine(value[..., :3], value[..., 3])
+
+
+def quotient(parts: Callable[[Order], tuple[np.ndarray, np.ndarray]], order: Order) -> np.ndarray:
+    """Derivatives of a quotient from those of its numerator and denominator, by the product rule solved for it.
+
+    parts: for an order of derivative those of the numerator (…, any) and of the denominator (…).
+    """
+    values: dict[Order, np.ndarray] = {}
+    jet = {k: parts(k) for k in _lower(order)}
+    zero = (0,) * len(order)
+    extend = (...,) + (None,) * (jet[zero][0].ndim - jet[zero][1].ndim)
+    for k, (value, _) in jet.items():
+        for i in _lower(k):
+            if any(i):
+                value = value - _binomial(k, i) * jet[i][1][extend] * values[_minus(k, i)]
+        values[k] = value / jet[zero][1][extend]
+    return values[order]
+
+
+def _lower(order: Order) -> list[Order]:
+    """All orders up to this one, in an order in which each comes after the lower ones."""
+    return list(combinations(*(range(k + 1) for k in order)))
+
+
+def _minus(k: Order, i: Order) -> Order:
+    return tuple(a - b for a, b in zip(k, i, strict=True))
+
+
+def _homogeneous(jet: dict[Order, Pair], order: Order) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of QQ* [A d] (…, 3, 4) and of QQ* (…)."""
+    weight, value = np.zeros(()), np.zeros(())
+    for i in _lower(order):
+        q, r = jet[i]
+        back = conjugate(jet[_minus(order, i)][0])
+        factor = _binomial(order, i)
+        turned = product(product(q[..., None, :], UNITS), back[..., None, :])[..., 1:]
+        moved = 2 * product(r, back)[..., 1:]
+        columns = np.concatenate([turned, moved[..., None, :]], axis=-2)
+        value = value + factor * np.swapaxes(columns, -1, -2)
+        weight = weight + factor * np.sum(q * conjugate(back), axis=-1)
+    return value, weight
+
+
+def _binomial(n: Order, k: Order) -> int:
+    return prod(comb(a, b) for a, b in zip(n, k, strict=True))
+
+
+def carried(position: Affine, points: ArrayLike) -> np.ndarray:
+    """(…, P, 3) where positions (…) (or their derivatives) take body points (P, 3); (…, 3) for one point (3,)."""
+    points = np.asarray(points, dtype=float)
+    if points.ndim not in (1, 2) or points.shape[-1] != 3:
+        raise InputError(f"body points of shape {points.shape}: (3,) or (P, 3) is needed")
+    if points.ndim == 1:
+        return position.translation + position.linear @ points
+    return position.translation[..., None, :] + points @ np.swapaxes(position.linear, -1, -2)
+
+
+@dataclass(frozen=True, eq=False)
+class RationalMotion:
+    """The one-parameter motion Σ N_i(t) (Q_i + εQ⁰_i).
+
+    basis: the B-splines N_i; real: (n, 4) control quaternions Q_i, scalar-first, of any norm;
+    dual: (n, 4) their dual parts, None for a spherical motion, which is about the origin.
+    """
+
+    basis: BSplineBasis
+    real: np.ndarray
+    dual: np.ndarray | None = None
+
+    def __post_init__(self):
+        pair = DualQuaternions.of(self.real, self.dual)
+        if pair.shape != (self.basis.n,):
+            raise InputError(f"control quaternions of shape {pair.real.shape}: ({self.basis.n}, 4) is needed")
+        object.__setattr__(self, "real", pair.real)
+        object.__setattr__(self, "dual", None if self.dual is None else pair.dual)
+
+    @property
+    def spherical(self) -> bool:
+        return self.dual is None
+
+    @property
+    def bases(self) -> tuple[BSplineBasis, ...]:
+        """The basis, as the only one of its net."""
+        return (self.basis,)
+
+    @property
+    def control_displacements(self) -> DualQuaternions:
+        """The controls as displacements (n,)."""
+        return DualQuaternions.of(self.real, self.dual)
+
+    def with_controls(self, real: np.ndarray, dual: np.ndarray | None) -> "RationalMotion":
+        """The motion with other control quaternions over the same knots."""
+        return RationalMotion(self.basis, real, dual)
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return self.basis.domain
+
+    @cached_property
+    def _spline(self) -> Spline:
+        dual = np.zeros_like(self.real) if self.dual is None else self.dual
+        return Spline(self.basis, np.concatenate([self.real, dual], axis=1))
+
+    def pair(self, t: ArrayLike, nu: int = 0) -> Pair:
+        """The nu-th derivatives of real and dual part at t, t.shape + (4,) each."""
+        values = self._spline(t, nu)
+        return values[..., :4], values[..., 4:]
+
+    def __call__(self, t: ArrayLike, nu: int = 0) -> Affine:
+        """The nu-th derivative at times t: linear t.shape + (3, 3), translation t.shape + (3,)."""
+        return positions(lambda k: self.pair(t, k[0]), (nu,))
+
+    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
+        """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
+        return carried(self(t, nu), points)
+
+
+def _snapped(x: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Parameters that rounding has put outside their interval, on its end; others as they are."""
+    inside, slack = np.clip(x, low, high), 1e-12 * (high - low)
+    return np.where(np.abs(x - inside) <= slack, inside, x)
+
+
+@dataclass(frozen=True, eq=False)
+class CurveMotion:
+    """The one-parameter motion along a curve (u(t), v(t)) in the domain of a two-parameter motion.
+
+    curve: a spline with control points (n, 2), its domain that of the motion.
+    """
+
+    surface: "TwoParameterMotion"
+    curve: Spline
+
+    def __post_init__(self):
+        shape = self.curve.control_points.shape[1:]
+        if shape != (2,):
+            raise InputError(f"a curve with control points of shape (n, *{shape}): (n, 2), u and v, is needed")
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return self.curve.domain
+
+    def __call__(self, t: ArrayLike, nu: int = 0) -> Affine:
+        """The nu-th derivative, up to the second, at times t: linear t.shape + (3, 3), translation t.shape + (3,)."""
+        if nu not in (0, 1, 2):
+            raise InputError(f"derivative order {nu}: 0, 1 or 2 along a curve")
+        u, v = (_snapped(x, *d) for x, d in zip(np.moveaxis(self.curve(t), -1, 0), self.surface.domain, strict=True))
+        if nu == 0:
+            return self.surface(u, v)
+        rates = [np.moveaxis(self.curve(t, k), -1, 0) for k in range(1, nu + 1)]
+        (du, dv), first = rates[0], [(1, 0), (0, 1)]
+        terms = list(zip(first, rates[nu - 1], strict=True))
+        if nu == 2:
+            terms += [((2, 0), du * du), ((1, 1), 2 * du * dv), ((0, 2), dv * dv)]
+        parts = [(self.surface(u, v, order), factor) for order, factor in terms]
+        linear = sum(p.linear * f[..., None, None] for p, f in parts)
+        return Affine(np.asarray(linear), np.asarray(sum(p.translation * f[..., None] for p, f in parts)))
+
+    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
+        """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
+        return carried(self(t, nu), points)

@@ -1,0 +1,70 @@
+"""Rigid output: the rotations closest to an affine motion (HJK 2.3, application 3)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.motions.keyframes import Keyframes
+from symmotion.motions.motion import Motion
+
+# Smallest over largest singular value: below it the polar factor is rounding.
+SINGULAR = 1e-12
+
+
+def polar_factors(linear: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The polar decomposition A = M S of matrices (N, d, d): M orthogonal, the closest to A, S positive semidefinite.
+
+    Returns M (N, d, d), S (N, d, d) and the singular values of A (N, d), in decreasing order.
+    Where A reflects, M has determinant −1; where A is singular, M is not determined.
+    """
+    left, sizes, right = np.linalg.svd(linear)
+    return left @ right, np.swapaxes(right, -1, -2) @ (sizes[..., None] * right), sizes
+
+
+@dataclass(frozen=True, eq=False)
+class RigidSamples:
+    """A motion made rigid at some times.
+
+    times: (N,); rotations: (N, d, d), determinant +1; translation: (N, d), the motion's own.
+    deviations: (N,) the Frobenius norm ‖A(t) − polar(A(t))‖, how much was given up at each time.
+    """
+
+    times: np.ndarray
+    rotations: np.ndarray
+    translation: np.ndarray
+    deviations: np.ndarray
+
+    @property
+    def deviation(self) -> float:
+        """The largest ‖A(t) − polar(A(t))‖ over the times."""
+        return float(self.deviations.max())
+
+    @property
+    def keyframes(self) -> Keyframes:
+        """The samples as keyframes; at least two increasing times are needed."""
+        return Keyframes(self.times, self.rotations, self.translation)
+
+
+def orthonormalise(motion: Motion, t) -> RigidSamples:
+    """The rigid positions closest to a motion at times t: polar factors of A(t) beside v(t).
+
+    polar(A) = U Vᵀ with A = U Σ Vᵀ is the rotation of least ‖A − M‖ (Frobenius). t: (N,) times
+    in the motion's domain, or one time. The deviation is reported at these times, not between.
+
+    Raises InputError that names the first time where A is singular or reflected: no rotation is
+    closest there. Source: HJK 2.3; Shoemake and Duff 1992.
+    """
+    times = np.atleast_1d(np.asarray(t, dtype=float))
+    if times.ndim != 1 or not len(times):
+        raise InputError(f"times of shape {times.shape}: shape (N,), N ≥ 1, is needed")
+    linear, translation = motion(times)
+    finite = np.isfinite(linear).all(axis=(1, 2))
+    if not finite.all():
+        raise InputError(f"the motion is not finite at time {times[np.argmin(finite)]}")
+    rotations, _, sizes = polar_factors(linear)
+    singular = sizes[:, -1] <= SINGULAR * sizes[:, 0]
+    for fault, wrong in (("singular", singular), ("reflected", np.linalg.det(rotations) < 0)):
+        if wrong.any():
+            raise InputError(f"the motion is {fault} at time {times[np.argmax(wrong)]}: no rotation is closest to it")
+    return RigidSamples(times, rotations, translation, np.linalg.norm(sizes - 1, axis=1))

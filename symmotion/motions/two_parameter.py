@@ -1,0 +1,219 @@
+"""Two-parameter motions: tensor-product B-spline surfaces of (dual) quaternions."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symmotion.errors import InputError
+from symmotion.motions.affine import Affine
+from symmotion.motions.dual import DualQuaternions
+from symmotion.motions.quaternion_algebra import conjugate, product
+from symmotion.motions.rational import CurveMotion, Pair, RationalMotion, carried, positions, quotient
+from symmotion.splines import BSplineBasis, Spline
+
+if TYPE_CHECKING:
+    from scipy.interpolate import NdBSpline
+
+Knots = Literal["uniform", "clamped"] | BSplineBasis
+Side = Literal["u0", "u1", "v0", "v1"]
+
+
+@dataclass(frozen=True, eq=False)
+class TwoParameterMotion:
+    """The motion Σ N_i(u) N_j(v) (Q_ij + εQ⁰_ij): PCG (11), (12).
+
+    u, v: the B-spline bases, n and m functions; real: (n, m, 4) control quaternions Q_ij,
+    scalar-first, of any norm; dual: (n, m, 4) their dual parts, in units of length, None for a
+    spherical motion, which is about the origin. Controls are taken as they are: see
+    `from_displacements` for ones whose signs are open.
+
+    Raises InputError for other shapes, periodic bases, and quaternions that are zero or not finite.
+    """
+
+    u: BSplineBasis
+    v: BSplineBasis
+    real: np.ndarray
+    dual: np.ndarray | None = None
+
+    def __post_init__(self):
+        for basis, name in ((self.u, "u"), (self.v, "v")):
+            if basis.periodic:
+                raise InputError(f"the basis in {name} is periodic: a two-parameter motion takes open ones")
+        pair = DualQuaternions.of(self.real, self.dual)
+        if pair.shape != (self.u.n, self.v.n):
+            raise InputError(f"control quaternions of shape {pair.real.shape}: ({self.u.n}, {self.v.n}, 4) is needed")
+        object.__setattr__(self, "real", pair.real)
+        object.__setattr__(self, "dual", None if self.dual is None else pair.dual)
+
+    @staticmethod
+    def from_displacements(
+        displacements: DualQuaternions,
+        u: Knots = "uniform",
+        v: Knots = "uniform",
+        *,
+        degree: int = 3,
+        spherical: bool | None = None,
+    ) -> "TwoParameterMotion":
+        """The motion with these control displacements (n, m), put in one hemisphere first.
+
+        u, v: a basis, or simple knots at distance 1, "uniform" (from 0 on, the domain beginning
+        at knot `degree`) or "clamped" (from 0 on, with repeated end knots: the boundary motions
+        are those of the boundary controls). spherical: whether to drop the dual parts; when left
+        out, if they are all zero.
+        """
+        if len(displacements.shape) != 2:
+            raise InputError(f"control displacements of shape {displacements.shape}: a net (n, m) is needed")
+        aligned = displacements.aligned()
+        n, m = displacements.shape
+        dropped = not aligned.dual.any() if spherical is None else spherical
+        return TwoParameterMotion(
+            as_basis(u, n, degree, "u"), as_basis(v, m, degree, "v"), aligned.real, None if dropped else aligned.dual
+        )
+
+    @property
+    def spherical(self) -> bool:
+        return self.dual is None
+
+    @property
+    def bases(self) -> tuple[BSplineBasis, ...]:
+        """The bases in u and v."""
+        return self.u, self.v
+
+    @property
+    def domain(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The intervals of u and of v."""
+        return self.u.domain, self.v.domain
+
+    @property
+    def control_displacements(self) -> DualQuaternions:
+        """The controls as displacements (n, m)."""
+        return DualQuaternions.of(self.real, self.dual)
+
+    def with_controls(self, real: np.ndarray, dual: np.ndarray | None) -> "TwoParameterMotion":
+        """The motion with other control quaternions over the same knots."""
+        return TwoParameterMotion(self.u, self.v, real, dual)
+
+    def seen_from(
+        self, fixed: DualQuaternions | None = None, moving: DualQuaternions | None = None
+    ) -> "TwoParameterMotion":
+        """The same motion in other frames, as `DualQuaternions.seen_from`; its trajectory surfaces move rigidly."""
+        moved = self.control_displacements.seen_from(fixed, moving)
+        return self.with_controls(moved.real, None if self.spherical and not moved.dual.any() else moved.dual)
+
+    def __repr__(self) -> str:
+        (a, b), (c, d) = self.domain
+        kind = "spherical" if self.spherical else "spatial"
+        net = f"{self.u.n} × {self.v.n} controls of degrees {self.u.degree} and {self.v.degree}"
+        return f"TwoParameterMotion({kind}, {net}, u {a:g} to {b:g}, v {c:g} to {d:g})"
+
+    @cached_property
+    def _scipy(self) -> "NdBSpline":
+        from scipy.interpolate import NdBSpline  # here: see Spline
+
+        dual = np.zeros_like(self.real) if self.dual is None else self.dual
+        controls = np.concatenate([self.real, dual], axis=-1)
+        return NdBSpline((self.u.knots, self.v.knots), controls, (self.u.degree, self.v.degree))
+
+    def pair(self, u: ArrayLike, v: ArrayLike, nu: tuple[int, int] = (0, 0)) -> Pair:
+        """Partial derivatives of real and dual part, of order nu by (u, v); u and v broadcast, + (4,) each.
+
+        Raises InputError outside the domain.
+        """
+        if len(nu) != 2 or min(nu) < 0:
+            raise InputError(f"derivative orders {nu!r}: two, 0 or more, are needed")
+        u, v = (np.asarray(x, dtype=float) for x in (u, v))
+        for basis, x, name in ((self.u, u, "u"), (self.v, v, "v")):
+            try:
+                basis.spans(x)
+            except InputError as error:
+                raise InputError(f"{name}: {error}") from None
+        points = np.stack(np.broadcast_arrays(u, v), axis=-1)
+        if nu[0] > self.u.degree or nu[1] > self.v.degree:
+            zero = np.zeros((*points.shape[:-1], 4))
+            return zero, zero
+        values = self._scipy(points, nu=nu)
+        return values[..., :4], values[..., 4:]
+
+    def __call__(self, u: ArrayLike, v: ArrayLike, nu: tuple[int, int] = (0, 0)) -> Affine:
+        """Rotation matrices (…, 3, 3) and translations (…, 3), or their partial derivatives; u and v broadcast."""
+        return positions(lambda k: self.pair(u, v, (k[0], k[1])), tuple(nu))
+
+    def trajectory(self, points: ArrayLike, u: ArrayLike, v: ArrayLike, nu: tuple[int, int] = (0, 0)) -> np.ndarray:
+        """Trajectory surfaces of body points (P, 3), or their partial derivatives: … + (P, 3); one point: … + (3,).
+
+        PCG (13); u and v broadcast.
+        """
+        return carried(self(u, v, nu), points)
+
+    def rodrigues(
+        self, u: ArrayLike, v: ArrayLike, nu: tuple[int, int] = (0, 0), reference: ArrayLike | None = None
+    ) -> np.ndarray:
+        """(…, 3) the quaternion surface in E³, Rodrigues vectors tan(θ/2) s of M⁻¹Q, or its partial derivatives.
+
+        The central projection of the image space whose centre of view is the origin and whose
+        plane touches at M: a rational B-spline surface, as smooth as the motion, the same for
+        all scales of Q. reference: M (4,), the mean rotation of the controls when left out.
+        """
+        mean = conjugate(self.mean_rotation if reference is None else np.asarray(reference, dtype=float))
+
+        def parts(k):
+            q = product(mean, self.pair(u, v, k)[0])
+            return q[..., 1:], q[..., 0]
+
+        return quotient(parts, tuple(nu))
+
+    @cached_property
+    def mean_rotation(self) -> np.ndarray:
+        """(4,) the unit quaternion closest to all controls, with their sign."""
+        flat = self.real.reshape(-1, 4)
+        flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
+        mean = np.linalg.eigh(flat.T @ flat)[1][:, -1]
+        return mean if (flat @ mean).sum() >= 0 else -mean
+
+    def dual_image(self, u: ArrayLike, v: ArrayLike, nu: tuple[int, int] = (0, 0)) -> np.ndarray:
+        """(…, 3) the surface of the dual part in E³, 2 vec(Q⁰M*) with M the mean rotation, or partial derivatives.
+
+        A B-spline surface, linear in the dual parts; where Q is M it is the translation.
+        """
+        return 2 * product(self.pair(u, v, nu)[1], conjugate(self.mean_rotation))[..., 1:]
+
+    def isoparametric(self, *, u: float | None = None, v: float | None = None) -> RationalMotion:
+        """The one-parameter motion of one parameter where the other is fixed, exactly."""
+        if (u is None) == (v is None):
+            raise InputError("one of u and v must be given")
+        basis, value = (self.u, u) if v is None else (self.v, v)
+        assert value is not None
+        row = basis(value)[0]
+        other = self.v if v is None else self.u
+        subscripts = "i,ijk->jk" if v is None else "j,ijk->ik"
+        dual = None if self.dual is None else np.einsum(subscripts, row, self.dual)
+        return RationalMotion(other, np.einsum(subscripts, row, self.real), dual)
+
+    def boundary(self, side: Side) -> RationalMotion:
+        """A boundary motion: where u begins, "u0", or ends, "u1", or v, "v0", "v1"."""
+        if side not in ("u0", "u1", "v0", "v1"):
+            raise InputError(f"side {side!r} is unknown; there are u0, u1, v0, v1")
+        end = self.domain["uv".index(side[0])][int(side[1])]
+        return self.isoparametric(u=end) if side[0] == "u" else self.isoparametric(v=end)
+
+    def along(self, curve: Spline) -> CurveMotion:
+        """The one-parameter motion along a curve (u(t), v(t)) in the domain, a spline of points (2,)."""
+        return CurveMotion(self, curve)
+
+
+def as_basis(knots: Knots, n: int, degree: int, name: str) -> BSplineBasis:
+    """The basis of n functions that `knots` says; InputError where it has another number of them."""
+    if isinstance(knots, BSplineBasis):
+        if knots.n != n:
+            raise InputError(f"the basis in {name} has {knots.n} functions for {n} controls")
+        return knots
+    if n <= degree:
+        raise InputError(f"{n} controls in {name} are too few for degree {degree}: at least {degree + 1} are needed")
+    if knots == "uniform":
+        return BSplineBasis(np.arange(n + degree + 1.0), degree)
+    if knots == "clamped":
+        return BSplineBasis.clamped(np.arange(n - degree + 1.0), degree)
+    raise InputError(f"knots in {name}: {knots!r} is unknown; uniform, clamped or a BSplineBasis is needed")

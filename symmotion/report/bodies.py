@@ -1,0 +1,89 @@
+"""Bodies to draw along motions: quadrilateral meshes, of our own or from Bézier patches."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from symmotion.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A surface of quadrilaterals; vertices: (P, 3); faces: (F, 4) their corners, in order round each."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+
+    def scaled(self, size: float) -> "Mesh":
+        """The mesh centred at the origin, its longest side of the bounding box made `size` long."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        return Mesh((self.vertices - (low + high) / 2) * size / (high - low).max(), self.faces)
+
+
+def grid_mesh(points: np.ndarray) -> Mesh:
+    """The mesh of a grid of points (U, V, 3)."""
+    u, v = points.shape[:2]
+    index = np.arange(u * v).reshape(u, v)
+    corners = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
+    return Mesh(points.reshape(-1, 3), np.stack(corners, axis=-1).reshape(-1, 4))
+
+
+def joined(meshes: list[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    offsets = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
+    faces = [m.faces + o for m, o in zip(meshes, offsets, strict=True)]
+    return Mesh(np.concatenate([m.vertices for m in meshes]), np.concatenate(faces))
+
+
+def jug(segments: int = 12) -> Mesh:
+    """A jug made by the project: a surface of revolution about z with a spout along x and a handle opposite."""
+    angle = np.linspace(0, 2 * np.pi, segments + 1)
+    profile = np.array([(0.0, 0.0), (1.2, 0.0), (1.9, 0.8), (1.6, 1.8), (0.9, 2.3), (1.0, 2.6)])
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    body = np.concatenate(
+        [profile[:, None, :1] * ring, np.broadcast_to(profile[:, None, 1:], (len(profile), len(angle), 1))], axis=2
+    )
+    spout = _tube([(1.5, 0.9), (2.4, 1.4), (2.9, 2.3)], [0.45, 0.28, 0.18])
+    handle = _tube([(-1.4, 1.9), (-2.5, 2.0), (-2.5, 0.9), (-1.7, 0.7)], [0.16] * 4)
+    return joined([grid_mesh(p) for p in (body, spout, handle)])
+
+
+def _tube(path: list[tuple[float, float]], radii: list[float]) -> np.ndarray:
+    """(len(path), 7, 3) a tube about a path in the plane of x and z."""
+    x, z = np.array(path).T
+    tangent = np.gradient(np.column_stack([x, z]), axis=0)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    a = np.linspace(0, 2 * np.pi, 7)
+    r = np.array(radii)[:, None]
+    across, side = r * np.cos(a), r * np.sin(a)
+    return np.stack([x[:, None] - tangent[:, 1:] * across, side, z[:, None] + tangent[:, :1] * across], axis=-1)
+
+
+# How the patches of each part of the Utah teapot are reflected into the whole: across x, y, both.
+REFLECTIONS = {"handle": ((1, 1), (1, -1)), "spout": ((1, 1), (1, -1))}
+FOURFOLD = ((1, 1), (-1, 1), (1, -1), (-1, -1))
+
+
+def read_teapot(path: Path, pieces: int = 3) -> Mesh:
+    """The Utah teapot from a JSON file of bicubic Bézier patches, `pieces` quadrilaterals along each side of a patch.
+
+    Entries: points (P, 3), patches (B, 16) of indices into them, order (B,) the parts' names.
+    """
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        points = np.array(document["points"], dtype=float)
+        patches = np.array(document["patches"], dtype=int).reshape(-1, 4, 4)
+        order = list(document["order"])
+        controls = points[patches]
+    except (OSError, ValueError, KeyError, IndexError) as error:
+        raise InputError(f"{path}: is no file of Bézier patches ({error})") from None
+    t = np.linspace(0, 1, pieces + 1)
+    bernstein = np.stack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3], axis=1)
+    meshes = []
+    for part, patch in zip(order, controls, strict=True):
+        surface = np.einsum("ui,ijc,vj->uvc", bernstein, patch, bernstein)
+        for x, y in REFLECTIONS.get(part, FOURFOLD):
+            meshes.append(grid_mesh(surface * [x, y, 1.0]))
+    return joined(meshes)
