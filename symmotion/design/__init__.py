@@ -18,6 +18,8 @@ from symmotion.design.fitting import fit_program
 from symmotion.design.free_times import free_times_program
 from symmotion.design.jets import measure
 from symmotion.design.knots import KnotSearch, auto_knots, auxiliary_keyframes
+from symmotion.design.orientation import Limits, measure_torque, orientation_program
+from symmotion.design.pose import pose_program
 from symmotion.design.prices import KeyframePrices, keyframe_prices
 
 __all__ = [
@@ -27,6 +29,7 @@ __all__ = [
     "CurveDesign",
     "KeyframePrices",
     "KnotSearch",
+    "Limits",
     "MotionConstraint",
     "NoInversion",
     "OnLine",
@@ -43,4 +46,7 @@ __all__ = [
     "free_times_program",
     "keyframe_prices",
     "measure",
+    "measure_torque",
+    "orientation_program",
+    "pose_program",
 ]
