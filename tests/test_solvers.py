@@ -198,3 +198,23 @@ def test_comparison_prints_a_row_per_solver():
 )
 def test_first_minimum_of_a_quartic(quartic, expected):
     assert first_minimum(np.array(quartic, dtype=float)) == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e2])
+@pytest.mark.parametrize("solver", [sm.ExactNewton(), sm.Ipopt()], ids=repr)
+def test_units_of_length_do_not_matter(solver, size):
+    keys = sm.examples.spatial_keyframes()
+    scaled = sm.Keyframes(keys.times, size * keys.linear, size * keys.translation)
+    solution = solver.solve(sm.affine_program(scaled)).require(1e-8)
+    assert solution.objective / size**4 == pytest.approx(10.6588107062966, rel=1e-8)
+
+
+def test_detail_far_from_the_origin_keeps_its_digits():
+    keys = sm.examples.random_keyframes(6, 60, 3)
+    objective = sm.Rigidity() + sm.TrajectoryEnergy(1e-3 * body_points(3))
+    near = sm.Keyframes(keys.times, keys.linear, 1e-3 * keys.translation)
+    far = sm.Keyframes(keys.times, keys.linear, 1e-3 * keys.translation + [1e6, -2e6, 3e6])
+    solutions = [sm.ExactNewton().solve(sm.affine_program(k, objective=objective)).require(1e-8) for k in (near, far)]
+    assert solutions[0].objective == pytest.approx(solutions[1].objective, rel=1e-6)
+    reached = solutions[1].motion(keys.times)
+    np.testing.assert_allclose(reached.translation, far.translation, atol=1e-8)

@@ -20,6 +20,7 @@ from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
 from symmotion.splines.interpolation import require_schoenberg_whitney
 
 RIGIDITY = Rigidity()
+FAR = 1e3  # distance from zero, in diameters of the keyframes, from which it is subtracted
 
 
 def affine_program(
@@ -108,6 +109,20 @@ class AffineDesign:
     start: Spline
     constraints: tuple[MotionConstraint, ...] = ()
 
+    @cached_property
+    def origin(self) -> np.ndarray:
+        """(d² + d,) what the program subtracts from every control: a point amid keyframes that are far from zero.
+
+        The digits that the distance would take are those that small detail needs. Zero where
+        the keyframes are not far, or where a term or a condition reads the translation itself.
+        """
+        v, d = self.keyframes.translation, self.keyframes.dimension
+        origin, centre = np.zeros(d * d + d), v[0]
+        near = np.abs(centre).max() <= FAR * np.abs(v - centre).max()
+        if not (near or self.constraints or any(k.reads(0, slice(d * d, None)) for _, _, k in self._terms)):
+            origin[d * d :] = centre
+        return origin
+
     @property
     def basis(self) -> BSplineBasis:
         return self.start.basis
@@ -127,7 +142,7 @@ class AffineDesign:
 
     def program(self) -> Program:
         """The program of this question."""
-        start = {UNKNOWN: np.ascontiguousarray(self.start.control_points[:, : self.channels])}
+        start = {UNKNOWN: self._unknowns(self.start)}
         motion = self.motion(start)
         terms, names = [], set()
         for weight, energy, kernel in self._terms:
@@ -170,17 +185,21 @@ class AffineDesign:
     @property
     def _targets(self) -> np.ndarray:
         keys = self.keyframes
-        return np.concatenate([keys.linear.reshape(len(keys), -1), keys.translation], axis=1)
+        return np.concatenate([keys.linear.reshape(len(keys), -1), keys.translation], axis=1) - self.origin
+
+    def _unknowns(self, spline: Spline) -> np.ndarray:
+        """(n, channels) the program's controls of a spline of its space."""
+        return np.ascontiguousarray((spline.control_points - self.origin)[:, : self.channels])
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> AffineMotion:
         """The motion of the program's unknowns."""
         controls = self.start.control_points.copy()
-        controls[:, : self.channels] = unknowns[UNKNOWN]
+        controls[:, : self.channels] = unknowns[UNKNOWN] + self.origin[: self.channels]
         return AffineMotion.from_spline(Spline(self.basis, controls), self.keyframes.dimension)
 
     def unknowns(self, motion: AffineMotion) -> dict[str, np.ndarray]:
         """The unknowns that represent a motion, exactly where the space holds it."""
-        return {UNKNOWN: represent(self.basis, motion.spline, self.keyframes.times).control_points[:, : self.channels]}
+        return {UNKNOWN: self._unknowns(represent(self.basis, motion.spline, self.keyframes.times))}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Multipliers by constraint, the keyframes' in the keyframes' shape.
@@ -223,7 +242,7 @@ class AffineDesign:
         shift = represent(self.basis, cubic_interpolant(keyframes.times, change), keyframes.times)
         start = Spline(self.basis, self.start.control_points + shift.control_points)
         design = replace(self, keyframes=keyframes, start=start)
-        controls = {UNKNOWN: np.ascontiguousarray(start.control_points[:, : self.channels])}
+        controls = {UNKNOWN: design._unknowns(start)}
         if self.constraints:
             # Conditions may hold data of the keyframes, so they are made anew; the kernels are cached.
             return replace(design.program(), build_seconds=perf_counter() - began)

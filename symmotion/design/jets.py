@@ -76,6 +76,14 @@ class JetKernel:
         weights = np.ones(times.size) if weights is None else weights
         return Block(name, self.kernel, UNKNOWN, channels, operator, nodes, weights, numbers)
 
+    def reads(self, order: int, channels: slice) -> bool:
+        """Whether it depends on the derivative of this order in one of these coordinates of [A, v]."""
+        if order not in self.orders:
+            return False
+        row = self.orders.index(order) * self.kernel.channels
+        local = self.kernel.z[row : row + self.kernel.channels][channels]
+        return bool(local.numel()) and bool(ca.depends_on(self.kernel.out, local))
+
     def integral(self, name: str, basis: BSplineBasis, nodes: int, weight: float) -> Block:
         """The integral over the spans of a basis, by `nodes` Gauss nodes each."""
         points, weights = gauss(basis, nodes)

@@ -1,7 +1,7 @@
 """Programs of small symbolic kernels: structure, evaluation, saddle systems, certificates. It knows no motions."""
 
 from symmotion.program.block import Block, BlockEvaluator
-from symmotion.program.certificate import Certificate, certify, system_of
+from symmotion.program.certificate import Certificate, certify, gradient_scale, system_of
 from symmotion.program.condensed import Condensed
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.kernel import Kernel
@@ -21,6 +21,7 @@ __all__ = [
     "Program",
     "Saddle",
     "certify",
+    "gradient_scale",
     "kkt_pattern",
     "system_of",
 ]

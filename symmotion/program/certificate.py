@@ -19,7 +19,7 @@ class Certificate:
     """First- and second-order conditions at a point.
 
     objective: f; stationarity: ‖∇f + Jᵀλ‖∞; violation: ‖g‖∞, for inequalities the positive part;
-    scale: max(1, ‖∇f‖∞), what a tolerance on stationarity is relative to; size: max(1, ‖x‖∞),
+    scale: what a tolerance on stationarity is relative to, see `gradient_scale`; size: max(1, ‖x‖∞),
     what a tolerance on the violation is relative to.
     inertia: "positive" where the Hessian is positive definite along the conditions (a strict
     local minimum), "indefinite" where it is not, "unknown" where rounding leaves it open, or a bound
@@ -42,6 +42,16 @@ class Certificate:
         )
 
 
+def gradient_scale(gradient: np.ndarray, diagonal: np.ndarray, x: np.ndarray) -> float:
+    """What a tolerance on stationarity is relative to: max(‖∇f‖∞, min(1, ‖diag H‖∞ ‖x‖∞)).
+
+    The second part is what gradients are like away from the optimum. In small units it is small,
+    where a tolerance on the gradient as such would accept the start.
+    """
+    usual = float(np.abs(diagonal).max(initial=0.0)) * float(np.abs(x).max(initial=0.0))
+    return max(float(np.abs(gradient).max(initial=0.0)), min(1.0, usual)) or 1.0
+
+
 def system_of(program: Program, evaluator: Evaluator, x: np.ndarray) -> Condensed | Saddle:
     """The saddle system that suits the structure of a program with linear equalities: condensed, else sparse."""
     return Condensed.of(program) or Saddle.of(program, lambda: evaluator.jacobian(x))
@@ -58,14 +68,15 @@ def certify(
     jacobian, violation = evaluator.jacobian(x), evaluator.violation(x)
     size = max(1.0, float(np.abs(x).max(initial=0.0)))
     system = _system_at(program, evaluator, x, multipliers, jacobian, size)
-    pattern = HessianTriangle.of(program).pattern if system is None else system.pattern
+    triangle = HessianTriangle.of(program) if system is None else None
+    pattern, diagonal = (triangle or system).pattern, (triangle or system).diagonal
     gradient, hessian = evaluator.second_order(x, pattern, multipliers)
     return Certificate(
         objective=evaluator.objective(x),
         stationarity=float(np.abs(gradient + jacobian.T @ multipliers).max(initial=0.0)),
         violation=float(np.abs(violation).max(initial=0.0)),
         inertia="unknown" if system is None else _inertia(system, hessian),
-        scale=max(1.0, float(np.abs(gradient).max(initial=0.0))),
+        scale=gradient_scale(gradient, hessian[diagonal], x),
         size=size,
     )
 

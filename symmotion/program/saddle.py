@@ -28,6 +28,11 @@ class HessianTriangle:
     columns: np.ndarray
     pattern: Pattern
 
+    @property
+    def diagonal(self) -> np.ndarray:
+        """Where the diagonal lies among the entries."""
+        return np.flatnonzero(self.rows == self.columns)
+
     @staticmethod
     def of(program: Program) -> "HessianTriangle":
         """The triangle for a program, made once."""
@@ -100,7 +105,7 @@ class Saddle:
         self._border = border.data
         columns, self._rows = np.divmod(keys, size)
         self._pointers = np.searchsorted(columns, np.arange(size + 1))
-        self.diagonal = np.flatnonzero(self._triangle.rows == self._triangle.columns)
+        self.diagonal = self._triangle.diagonal
         self.sparsity = ca.Sparsity(size, size, self._pointers.tolist(), self._rows.tolist())
         self._solver = ca.Linsol("saddle", "ldl", self.sparsity)
         self._factored_normal: Any = None

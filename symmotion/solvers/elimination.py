@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, solve_banded
 
 from symmotion.errors import InputError
-from symmotion.program import Condensed, Evaluator, Program
+from symmotion.program import Condensed, Evaluator, Program, gradient_scale
 from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, require_equalities, start_vector
 
 BLOW_UP = 1e12  # growth of the objective that counts as divergence
@@ -23,7 +23,7 @@ class Elimination:
 
     damping: HJK's λ, 0 < λ ≤ 1. stages: "degree" (raised one by one) or "knots" (inserted
     gradually), each stage starting from the optimum of the one before; None for all at once.
-    tolerance: on stationarity relative to max(1, ‖∇f‖∞).
+    tolerance: on stationarity relative to `gradient_scale`.
     """
 
     tolerance: float = 1e-8
@@ -86,7 +86,7 @@ class Elimination:
             if not np.isfinite(objective) or objective > BLOW_UP * max(first, 1.0):
                 log.append(row)
                 return x, multipliers, linear, (Status.DIVERGED, f"the objective grew to {objective:.2g}")
-            if stationarity <= self.tolerance * max(1.0, np.abs(gradient).max(initial=0.0)):
+            if stationarity <= self.tolerance * gradient_scale(gradient, matrix[system.diagonal], x):
                 log.append(row)
                 return x, multipliers, linear, None
             if count == self.max_iterations:

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from symmotion.program import Evaluator, HessianTriangle, Program
+from symmotion.program import Evaluator, HessianTriangle, Program, gradient_scale
 from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, start_vector
 
 
@@ -30,14 +30,17 @@ class Ipopt:
         """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
         began = perf_counter()
         x0 = start_vector(program, start)
+        # In small units IPOPT would take the start for a solution: it scales large objectives down, not small ones up.
+        unit = _unit(program, x0)
         options = {
+            "ipopt.obj_scaling_factor": 1.0 / unit,
             "print_time": False,
             "record_time": True,
             "calc_lam_p": False,
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",
             "ipopt.tol": self.tolerance,
-            "ipopt.dual_inf_tol": self.tolerance,
+            "ipopt.dual_inf_tol": self.tolerance * unit,
             "ipopt.constr_viol_tol": self.tolerance,
             "ipopt.acceptable_iter": 0,
             "ipopt.max_iter": self.max_iterations,
@@ -60,6 +63,14 @@ class Ipopt:
             failure = (status, said)
         method = "ipopt" if self.derivatives == "mapped" else "ipopt-plain"
         return conclude(program, self, method, x, multipliers, _log(stats), seconds, failure)
+
+
+def _unit(program: Program, x: np.ndarray) -> float:
+    """The part of `gradient_scale` that is not the gradient's own."""
+    triangle = HessianTriangle.of(program)
+    _, hessian = Evaluator(program).second_order(x, triangle.pattern, np.zeros(program.conditions))
+    usual = gradient_scale(np.zeros(0), hessian[triangle.diagonal], x)
+    return usual if np.isfinite(usual) else 1.0
 
 
 def _log(stats: dict[str, Any]) -> list[Iteration]:

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.program import Condensed, Evaluator, Program, Saddle, system_of
+from symmotion.program import Condensed, Evaluator, Program, Saddle, gradient_scale, system_of
 from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, require_equalities, start_vector
 from symmotion.solvers.sqp import CurvedRun, multipliers_of
 
@@ -42,7 +42,7 @@ class ExactNewton:
     Nonlinear equalities are linearised at every iterate (SQP, see `sqp.CurvedRun`): M is the blend
     with the Hessian of the Lagrangian, and the merit function is f + μ ‖g‖₁.
 
-    tolerance: on stationarity relative to max(1, ‖∇f‖∞). max_iterations: of a descent.
+    tolerance: on stationarity relative to `gradient_scale`. max_iterations: of a descent.
     system: "condensed" (banded, where the conditions decouple), "sparse" (LDLᵀ, any
         equalities), or "auto", by the program's structure.
     """
@@ -130,7 +130,7 @@ class _Run:
             if not np.isfinite(objective) or not np.isfinite(matrix).all():
                 self.log.append(row)
                 return Status.DIVERGED, "the objective or a derivative is not finite"
-            converged = stationarity <= options.tolerance * max(1.0, np.abs(gradient).max(initial=0.0))
+            converged = stationarity <= options.tolerance * gradient_scale(gradient, matrix[system.diagonal], x)
             if converged and theta < 1.0:
                 theta = 1.0
                 _, matrix = evaluator.second_order(x, system.pattern)

@@ -130,7 +130,7 @@ class Solution:
     def require(self, tolerance: float | None = None) -> "Solution":
         """This solution, if it is a minimum to `tolerance` (the solver's own when left out); else SolveError.
 
-        Stationarity counts relative to max(1, ‖∇f‖∞), the violation relative to max(1, ‖x‖∞).
+        Stationarity counts relative to `gradient_scale`, the violation relative to max(1, ‖x‖∞).
         """
         tolerance = self.tolerance if tolerance is None else tolerance
         c = self.certificate
@@ -162,14 +162,18 @@ def conclude(
     failure: tuple[Status, str] | None,
     evaluator: Evaluator | None = None,
 ) -> Solution:
-    """A Solution with its certificate; SOLVED only where that agrees with the solver.
+    """A Solution with its certificate, which decides whether it is SOLVED.
 
     failure: what the solver says went wrong, None where it claims success.
     """
     certificate = certify(program, x, multipliers, evaluator)
-    if failure is None and not certificate.holds(solver.tolerance):
+    holds = certificate.holds(solver.tolerance)
+    if failure is None and not holds:
         failure = (Status.FAILED, "the solver reports success, the certificate does not agree")
     status, message = failure or (Status.SOLVED, "")
+    if holds and program.equalities_only:
+        # With equalities alone the certificate is the whole of the first-order conditions, whatever stopped the solver.
+        status = Status.SOLVED
     return Solution(
         program,
         repr(solver),

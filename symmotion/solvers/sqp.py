@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from symmotion.program import Evaluator, Program, Saddle
+from symmotion.program import Evaluator, Program, Saddle, gradient_scale
 from symmotion.solvers.result import Iteration, Solution, Status
 
 # As for linear conditions (see `newton`): the share of the exact Hessian after a failed factorisation, its growth.
@@ -50,9 +50,9 @@ class CurvedRun:
             if not np.isfinite(objective) or not np.isfinite(matrix).all() or not np.isfinite(violation).all():
                 self.log.append(row)
                 return Status.DIVERGED, "the objective, a condition or a derivative is not finite"
-            converged = stationarity <= self.tolerance * max(
-                1.0, np.abs(gradient).max(initial=0.0)
-            ) and missed <= self.tolerance * max(1.0, np.abs(x).max(initial=0.0))
+            scale = gradient_scale(gradient, matrix[saddle.diagonal], x)
+            size = max(1.0, float(np.abs(x).max(initial=0.0)))
+            converged = stationarity <= self.tolerance * scale and missed <= self.tolerance * size
             if converged and theta < 1.0:
                 theta = 1.0
                 _, matrix = evaluator.second_order(x, saddle.pattern, multipliers)
