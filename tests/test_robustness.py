@@ -53,8 +53,7 @@ def test_robustness_study(monkeypatch):
     names = [c.name for c in table.columns]
     rows: Any = {(r[0], r[1]): dict(zip(names, r, strict=True)) for r in table.rows}
     for kind in KINDS:
-        if kind != FAR:
-            assert rows[kind, "newton"]["certified"] == 100
+        assert rows[kind, "newton"]["certified"] == 100
         assert rows[kind, "ipopt"]["problems"] == 4
     assert rows["all", "newton"]["best known"] >= rows["all", "ipopt"]["best known"]
     assert rows["all", "elimination"]["certified"] < 50

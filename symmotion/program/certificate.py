@@ -68,15 +68,14 @@ def certify(
     jacobian, violation = evaluator.jacobian(x), evaluator.violation(x)
     size = max(1.0, float(np.abs(x).max(initial=0.0)))
     system = _system_at(program, evaluator, x, multipliers, jacobian, size)
-    triangle = HessianTriangle.of(program) if system is None else None
-    pattern, diagonal = (triangle or system).pattern, (triangle or system).diagonal
-    gradient, hessian = evaluator.second_order(x, pattern, multipliers)
+    shape = system or HessianTriangle.of(program)
+    gradient, hessian = evaluator.second_order(x, shape.pattern, multipliers)
     return Certificate(
         objective=evaluator.objective(x),
         stationarity=float(np.abs(gradient + jacobian.T @ multipliers).max(initial=0.0)),
         violation=float(np.abs(violation).max(initial=0.0)),
         inertia="unknown" if system is None else _inertia(system, hessian),
-        scale=gradient_scale(gradient, hessian[diagonal], x),
+        scale=gradient_scale(gradient, hessian[shape.diagonal], x),
         size=size,
     )
 
