@@ -12,6 +12,8 @@ from symmotion.program.saddle import HessianTriangle, Saddle
 
 # Multipliers and distances from a bound below this, relative, count as none: IPOPT's are never exactly zero.
 WEAK = 1e-6
+# A curvature of less than this, relative to the diagonal, counts as zero: the factorisation does not pivot.
+FLAT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -110,5 +112,9 @@ def _inertia(system: Condensed | Saddle, hessian: np.ndarray) -> str:
     if system.factorise(hessian) is not None:
         return "positive"
     # An eigenvalue that is zero up to rounding decides nothing.
-    hessian[system.diagonal] += 1e-12 * np.abs(hessian[system.diagonal]).max(initial=0.0)
-    return "unknown" if system.factorise(hessian) is not None else "indefinite"
+    hessian[system.diagonal] += FLAT * np.abs(hessian[system.diagonal]).max(initial=0.0)
+    if system.factorise(hessian) is not None:
+        return "unknown"
+    # The sparse factorisation may fail for rounding alone; a direction of negative curvature is a proof.
+    proven = isinstance(system, Condensed) or system.negative_curvature(hessian) is not None
+    return "indefinite" if proven else "unknown"
