@@ -274,3 +274,30 @@ def test_more_bad_input():
         orientation_program(TIMES, Q).design.stages("knots")
     line = QuaternionMotion.bezier(Q[:2])
     assert measure_torque(line) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_keyframes_stand_for_times_and_quaternions():
+    keys = sm.examples.random_keyframes(4, 50, 0)
+    turns = keys.rotations()
+    for whole, parts in (
+        (orientation_program(keys), orientation_program(keys.times, turns)),
+        (pose_program(keys), pose_program(keys.times, turns, keys.translation)),
+    ):
+        np.testing.assert_array_equal(whole.x0, parts.x0)
+    with pytest.raises(sm.InputError, match="or Keyframes alone"):
+        orientation_program(keys, turns)
+    with pytest.raises(sm.InputError, match="times and quaternions are needed"):
+        orientation_program(keys.times)
+
+
+def test_energy_falls_towards_the_riemannian_cubic_of_an_independent_package():
+    package = pytest.importorskip("interpolatepy", reason="the extra [bench] is not installed")
+    keys = sm.examples.random_keyframes(5, 50, 1)
+    q = keys.rotations().as_quat()[:, [3, 0, 1, 2]]
+    shot = package.ShootingQuaternionInterpolation(keys.times, [package.Quaternion(*row) for row in q.tolist()])
+    least = shot.acceleration_energy
+    found = [
+        sm.ExactNewton().solve(orientation_program(keys, knots_per_interval=k)).require().objective for k in (2, 8)
+    ]
+    assert least < found[1] < found[0]
+    assert found[1] == pytest.approx(least, rel=1e-4)

@@ -46,8 +46,8 @@ NO_LIMITS = Limits()
 
 
 def orientation_program(
-    times,
-    quaternions,
+    keys,
+    quaternions=None,
     *,
     inertia=None,
     knots_per_interval: int = 2,
@@ -67,7 +67,8 @@ def orientation_program(
     curve, subject to |q_j|² = 1 and 2 log(q_i⁻¹ q(t_i)) = 0. The multipliers of "keyframes"
     (M, 3) tell what turning one costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
 
-    times: (M,) increasing; quaternions: (M, 4) scalar first, or a SciPy `Rotation`.
+    keys: rigid `Keyframes` in space, whose rotations are taken; or times (M,) increasing, beside
+        quaternions: (M, 4) scalar first, or a SciPy `Rotation`.
     inertia: J, (3, 3) symmetric positive definite or (3,) principal moments; the identity when
         left out, which makes it the energy ∫ ‖Ω̇‖² dt of the angular acceleration.
     knots_per_interval: k ≥ 1, so that each keyframe interval has k spans.
@@ -81,9 +82,9 @@ def orientation_program(
     Raises InputError for what cannot be; starts from the interpolating curve, so SolveError where there is none.
     """
     began = perf_counter()
-    keys = OrientationKeys.of(times, quaternions, turns, signs)
+    given = OrientationKeys.of(keys, quaternions, turns, signs)
     design = OrientationDesign.of(
-        keys, inertia, knots_per_interval, degree, ends, end_rates, end_accelerations, limits, tolerances, nodes
+        given, inertia, knots_per_interval, degree, ends, end_rates, end_accelerations, limits, tolerances, nodes
     )
     return replace(design.program(), build_seconds=perf_counter() - began)
 

@@ -13,6 +13,7 @@ from symmotion.design.control_start import motion_of
 from symmotion.design.orientation import NO_LIMITS, Limits, OrientationDesign
 from symmotion.energies import TrajectoryEnergy
 from symmotion.errors import InputError
+from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.orientation_keys import OrientationKeys
 from symmotion.motions.pose import PoseMotion
 from symmotion.motions.quaternion_algebra import Signs
@@ -21,9 +22,9 @@ from symmotion.splines import Spline, closest, cubic_interpolant
 
 
 def pose_program(
-    times,
-    quaternions,
-    translation,
+    keys,
+    quaternions=None,
+    translation=None,
     *,
     objective: TrajectoryEnergy | None = None,
     torque_weight: float = 1.0,
@@ -41,12 +42,16 @@ def pose_program(
     Minimise torque_weight ∫ ‖τ‖² dt + E, E = ∫ Σ m_i ‖d²/dt² (v + R p_i)‖² dt (HJK (12)), over
     control quaternions and control points, subject to unit norms and both halves of every keyframe.
 
-    times: (M,); quaternions: (M, 4) scalar first, or a `Rotation`; translation: (M, 3).
+    keys: rigid `Keyframes` in space; or times (M,), beside quaternions: (M, 4) scalar first, or a
+        `Rotation`, and translation: (M, 3).
     objective: a TrajectoryEnergy of body points, of the origin alone when left out, which is
         ∫ ‖v̈‖² and leaves position and orientation apart. The rest is as in `orientation_program`.
     """
     began = perf_counter()
-    keys = OrientationKeys.of(times, quaternions, turns, signs)
+    given = keys
+    keys = OrientationKeys.of(given, quaternions, turns, signs)
+    if isinstance(given, Keyframes) and translation is None:
+        translation = given.translation
     points = np.array(translation, dtype=float)
     if points.shape != (len(keys), 3) or not np.isfinite(points).all():
         raise InputError(f"translation of shape {points.shape}: finite, ({len(keys)}, 3) is needed")

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symmotion.errors import InputError
+from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.quaternion_algebra import (
     Signs,
     aligned,
@@ -31,8 +32,15 @@ class OrientationKeys:
     ways: np.ndarray
 
     @staticmethod
-    def of(times, quaternions, turns=None, signs: Signs = "align") -> "OrientationKeys":
-        """Checked keyframes; quaternions: (M, 4) scalar first, or a SciPy `Rotation`; turns, signs: as in `aligned`."""
+    def of(times, quaternions=None, turns=None, signs: Signs = "align") -> "OrientationKeys":
+        """Checked keyframes; quaternions: (M, 4) scalar first, or a SciPy `Rotation`; turns, signs: as in `aligned`.
+
+        Rigid `Keyframes` in space stand for times and quaternions both.
+        """
+        if isinstance(times, Keyframes) != (quaternions is None):
+            raise InputError("times and quaternions are needed, or Keyframes alone")
+        if isinstance(times, Keyframes):
+            times, quaternions = times.times, times.rotations()
         q = as_quaternions(quaternions, "keyframe", 2)
         times = check_times(times)
         if len(times) != len(q):
