@@ -28,7 +28,7 @@ class Case:
         return min(self.free.values(), key=lambda s: s.objective)
 
     def times(self, solution: sm.Solution) -> np.ndarray:
-        return solution.program.design.times(solution.x)  # pyright: ignore[reportAttributeAccessIssue]
+        return solution.program.design.times(solution.x)
 
     def gain(self, method: str) -> float:
         """By what factor the optimum for the times of a method exceeds the one for the best times found."""

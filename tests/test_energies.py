@@ -150,3 +150,11 @@ def test_only_energies_add():
         sm.Rigidity() + 3  # pyright: ignore
     with pytest.raises(TypeError):
         "x" * sm.Rigidity()  # pyright: ignore
+
+
+def test_an_energy_without_integrand_is_refused():
+    class Nothing(sm.Energy):
+        pass
+
+    with pytest.raises(sm.InputError, match="energy Nothing states neither residuals nor an integrand"):
+        program(Nothing())

@@ -1,5 +1,6 @@
 """Conditions beside the keyframes, on the same footing: each named, each with its multipliers."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -51,7 +52,7 @@ class Space:
         return kernel.at(name, self.basis, np.asarray(times, dtype=float), data)
 
 
-class MotionConstraint:
+class MotionConstraint(ABC):
     """A condition on a motion. A subclass says which keyframes it frees and builds its part of the program."""
 
     name: str
@@ -64,8 +65,9 @@ class MotionConstraint:
         """The keyframes whose linear part, and whose translation, are no longer interpolated."""
         return set(), set()
 
+    @abstractmethod
     def build(self, space: Space) -> Constraint:
-        raise NotImplementedError
+        """The condition as part of a program over this space."""
 
 
 @dataclass(frozen=True)

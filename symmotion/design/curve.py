@@ -141,7 +141,7 @@ class CurveDesign:
             {UNKNOWN: self._start()},
             (self._energy(),),
             built,
-            self,  # pyright: ignore[reportArgumentType]  # it has neither keyframes nor stages
+            self,
         )
 
     def _energy(self) -> Block:

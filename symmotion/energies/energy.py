@@ -30,7 +30,7 @@ class Energy:
         """The scalar φ(jet)."""
         residuals = self.residuals(jet)
         if residuals is None:
-            raise NotImplementedError(f"{self.name} states neither residuals nor an integrand")
+            raise InputError(f"energy {self.name} states neither residuals nor an integrand: write one of the two")
         return ca.sumsqr(residuals)
 
     def nodes(self, degree: int) -> int:

@@ -47,7 +47,7 @@ def iterate_programs(
         if solution.status != Status.SOLVED:
             status, message = "cap", f"step {len(history)} at knot ({k}, {l}): {solution.status} {solution.message}"
             break
-        moved = program.design.net(program.unpack(solution.x))  # pyright: ignore[reportAttributeAccessIssue]
+        moved = program.design.net(program.unpack(solution.x))
         gone = np.linalg.norm(moved - start, axis=-1)
         if limits.tolerance is not None and (gone > limits.tolerance).any():
             open_knots[k, l] = False

@@ -12,6 +12,7 @@ from symmotion.program.block import LocalTables
 from symmotion.program.evaluate import Pattern
 from symmotion.program.program import Program
 
+LANCZOS = 100  # restarts in the search for negative curvature; directions that matter show long before
 SMALL = 40  # conditions up to which a dense null-space basis is taken where they do not decouple
 
 
@@ -155,7 +156,7 @@ def lowest_curvature(matrix: Any, scale: float) -> np.ndarray | None:
     else:
         start = np.random.default_rng(0).normal(size=size)  # seeded: the same escape in every run
         try:
-            values, vectors = eigsh(matrix, k=1, which="SA", v0=start, tol=1e-4, maxiter=20 * size)
+            values, vectors = eigsh(matrix, k=1, which="SA", v0=start, tol=1e-4, maxiter=LANCZOS)
         except ArpackNoConvergence:
             return None
     return vectors[:, 0] if values[0] < -1e-10 * scale else None

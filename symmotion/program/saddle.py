@@ -1,6 +1,8 @@
 """The sparse saddle system, for any program: [[H, Jᵀ], [J, −δI]] by LDLᵀ with one step of refinement."""
 
+import io
 from collections.abc import Callable
+from contextlib import redirect_stderr
 from copy import copy
 from dataclasses import dataclass
 from threading import get_ident
@@ -160,8 +162,11 @@ class Saddle:
         # J H⁻¹ Jᵀ, beside which δ must be small, shrinks as H grows.
         delta = DELTA / (float(np.abs(flat[self.diagonal]).max(initial=0.0)) or 1.0)
         regular = ca.DM(self.sparsity, self.matrix(flat, delta).data)
-        self._solver.nfact(regular)
-        if self._solver.neig(regular) != self.m:
+        # A pivot that is exactly zero, as on uniform knots, is told on stderr only: the matrix is singular then.
+        complaint = io.StringIO()
+        with redirect_stderr(complaint):
+            self._solver.nfact(regular)
+        if complaint.getvalue() or self._solver.neig(regular) != self.m:
             return None
         return self.matrix(flat), regular
 
