@@ -65,9 +65,8 @@ def affine_program(
         raise InputError(f"refine {refine!r}: a whole number of knots per segment, 0 or more, is needed")
     inner = refined_times(keyframes.times, int(refine))[1:-1] if knots is None else np.asarray(knots, dtype=float)
     basis = _clamped(keyframes.times[0], inner, keyframes.times[-1], int(degree))
-    values = np.concatenate([keyframes.linear.reshape(len(keyframes), -1), keyframes.translation], axis=1)
     slopes = None if end_rates is None else np.concatenate([end_rates[0].reshape(2, -1), end_rates[1]], axis=1)
-    start = represent(basis, cubic_interpolant(keyframes.times, values, ends, slopes), keyframes.times)
+    start = represent(basis, cubic_interpolant(keyframes.times, keyframes.coordinates, ends, slopes), keyframes.times)
     program = AffineDesign(keyframes, objective, start, tuple(constraints)).program()
     return replace(program, build_seconds=perf_counter() - began)
 
@@ -184,8 +183,7 @@ class AffineDesign:
 
     @property
     def _targets(self) -> np.ndarray:
-        keys = self.keyframes
-        return np.concatenate([keys.linear.reshape(len(keys), -1), keys.translation], axis=1) - self.origin
+        return self.keyframes.coordinates - self.origin
 
     def _unknowns(self, spline: Spline) -> np.ndarray:
         """(n, channels) the program's controls of a spline of its space."""
@@ -232,13 +230,7 @@ class AffineDesign:
             raise InputError("with_keyframes keeps the times; make a new program for other times")
         # The old start plus the spline through the changes: smooth, and exact at the new keyframes.
         began = perf_counter()
-        change = np.concatenate(
-            [
-                (keyframes.linear - self.keyframes.linear).reshape(len(keyframes), -1),
-                keyframes.translation - self.keyframes.translation,
-            ],
-            axis=1,
-        )
+        change = keyframes.coordinates - self.keyframes.coordinates
         shift = represent(self.basis, cubic_interpolant(keyframes.times, change), keyframes.times)
         start = Spline(self.basis, self.start.control_points + shift.control_points)
         design = replace(self, keyframes=keyframes, start=start)

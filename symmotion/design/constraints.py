@@ -217,7 +217,7 @@ class Tolerance(MotionConstraint):
             if limit:
                 parts.append(ca.sumsqr(off) if self.norm else off)
                 limits.append(np.full(1, limit**2) if self.norm else np.full(off.numel(), limit))
-        data = np.concatenate([keys.linear.reshape(len(keys), -1), keys.translation], axis=1)[which]
+        data = keys.coordinates[which]
         block = space.block(self.name, ca.vertcat(*parts), keys.times[which], target, data)
         upper = np.tile(np.concatenate(limits), (len(which), 1))
         return Constraint(block, np.full_like(upper, -np.inf) if self.norm else -upper, upper)

@@ -113,7 +113,7 @@ class FitDesign:
         if len(self.exact):
             values, targets = _symbols(d)
             kernel = JetKernel.from_expression(values - targets, d, EXACT, targets, channels=d * d + d)
-            block = kernel.at(EXACT, self.basis, times[self.exact], _coordinates(self.samples)[self.exact])
+            block = kernel.at(EXACT, self.basis, times[self.exact], self.samples.coordinates[self.exact])
             constraints = (Constraint.equality(block),)
         return Program(start, tuple(terms), constraints, self)
 
@@ -130,7 +130,7 @@ class FitDesign:
 
     @property
     def _data(self) -> np.ndarray:
-        targets = _coordinates(self.samples)[self.followed]
+        targets = self.samples.coordinates[self.followed]
         return np.column_stack([targets, np.full(len(targets), self.huber or 0.0)])
 
     def distances(self, motion: AffineMotion) -> np.ndarray:
@@ -182,7 +182,7 @@ class FitDesign:
             terms = (terms[0].with_data(data), *terms[1:])
         changes = {"start": {UNKNOWN: start.control_points}, "terms": terms, "design": design}
         if len(self.exact):
-            targets = np.column_stack([times[self.exact], _coordinates(keyframes)[self.exact]])
+            targets = np.column_stack([times[self.exact], keyframes.coordinates[self.exact]])
             program = program.with_data(EXACT, targets)
         return replace(program, **changes, build_seconds=perf_counter() - began)
 
@@ -197,17 +197,12 @@ def _symbols(d: int) -> tuple[ca.SX, ca.SX]:
     return ca.vertcat(ca.vec(jet.A.T), jet.v), ca.SX.sym("target", d * d + d)
 
 
-def _coordinates(samples: Keyframes) -> np.ndarray:
-    """(M, d² + d) each matrix row by row, then the translation."""
-    return np.concatenate([samples.linear.reshape(len(samples), -1), samples.translation], axis=1)
-
-
 def _least_squares(basis: BSplineBasis, samples: Keyframes, used: np.ndarray, weights: np.ndarray) -> Spline:
     """The spline of least Σ w_i ‖s(t_i) − sample_i‖² over the samples used; weight one where an exact one has none."""
     from scipy.interpolate import make_lsq_spline  # here: see Spline._scipy
 
     roots = np.sqrt(np.where(weights > 0, weights, 1.0)[used])
-    found = make_lsq_spline(samples.times[used], _coordinates(samples)[used], basis.knots, basis.degree, w=roots)
+    found = make_lsq_spline(samples.times[used], samples.coordinates[used], basis.knots, basis.degree, w=roots)
     return Spline(basis, found.c)
 
 

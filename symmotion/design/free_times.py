@@ -143,7 +143,7 @@ class FreeTimesDesign:
         out = _jet(z, p, 0, share) - target
         kernel = Kernel(ca.vec(z.T), ca.vertcat(share, target), out, c + 1)
         span = np.minimum(np.arange(m) * (self.refine + 1), self.spans - 1)
-        data = np.column_stack([np.arange(m) == m - 1, _coordinates(self.keyframes)[:, :c]])
+        data = np.column_stack([np.arange(m) == m - 1, self.keyframes.coordinates[:, :c]])
         block = Block(
             "keyframes", kernel, UNKNOWN, slice(0, c + 1), self._selection(span), 1, np.ones(m), data.astype(float)
         )
@@ -200,7 +200,7 @@ class FreeTimesDesign:
     def _interpolant(self, keyframes: Keyframes) -> AffineMotion:
         """The natural cubic through keyframes, in the space that belongs to their times."""
         basis = BSplineBasis.clamped(refined_times(keyframes.times, self.refine), self.degree)
-        spline = cubic_interpolant(keyframes.times, _coordinates(keyframes))
+        spline = cubic_interpolant(keyframes.times, keyframes.coordinates)
         return AffineMotion.from_spline(represent(basis, spline, keyframes.times), keyframes.dimension)
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> AffineMotion:
@@ -244,11 +244,6 @@ class FreeTimesDesign:
     def stages(self, by: str) -> Iterator[Program]:
         """Programs with free times have none: only interior-point solvers take them."""
         raise InputError(f"a program with free times has no stages by {by!r}")
-
-
-def _coordinates(keys: Keyframes) -> np.ndarray:
-    """(M, d² + d) each matrix row by row, then the translation."""
-    return np.concatenate([keys.linear.reshape(len(keys), -1), keys.translation], axis=1)
 
 
 def _local(p: int, channels: int) -> ca.SX:

@@ -101,7 +101,7 @@ def auxiliary_keyframes(keyframes: Keyframes, per_segment: int = 1, rigid: bool 
     if per_segment < 1:
         raise InputError(f"per_segment {per_segment}: at least 1 auxiliary keyframe is needed")
     m, times = len(keyframes), keyframes.times
-    values = np.concatenate([keyframes.linear.reshape(m, -1), keyframes.translation], axis=1)
+    values = keyframes.coordinates
     new_times, new_values = [], []
     for i in range(m - 1):
         first = int(np.clip(i - 1, 0, max(0, m - 4)))

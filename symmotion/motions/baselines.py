@@ -78,7 +78,7 @@ class Interpolant:
 
 def component_cubic(keyframes: Keyframes, ends: str = "natural") -> AffineMotion:
     """Every entry of A and v by a C² cubic spline with simple knots at the keyframe times (HJK 2.2)."""
-    values = np.concatenate([keyframes.linear.reshape(len(keyframes), -1), keyframes.translation], axis=1)
+    values = keyframes.coordinates
     return AffineMotion.from_spline(cubic_interpolant(keyframes.times, values, ends), keyframes.dimension)
 
 

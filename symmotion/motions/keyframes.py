@@ -72,6 +72,11 @@ class Keyframes:
     def dimension(self) -> int:
         return self.linear.shape[-1]
 
+    @property
+    def coordinates(self) -> np.ndarray:
+        """(M, d² + d) each linear part row by row, then the translation: the order of a motion's controls."""
+        return np.concatenate([self.linear.reshape(len(self), -1), self.translation], axis=1)
+
     def __len__(self) -> int:
         return len(self.times)
 

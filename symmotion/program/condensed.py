@@ -124,7 +124,7 @@ class Condensed:
         """The banded Cholesky factor of the reduced Hessian, or None where it is not positive definite."""
         if not self.size:
             return flat
-        factor, info = la.lapack.dpbtrf(flat.reshape(-1, self.band + 1).T, lower=1)
+        factor, info = la.lapack.dpbtrf(self.lower_bands(flat), lower=1)
         return factor if info == 0 else None
 
     def step(self, factor: np.ndarray, gradient: np.ndarray) -> np.ndarray:

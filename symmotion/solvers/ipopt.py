@@ -31,7 +31,8 @@ class Ipopt:
         began = perf_counter()
         x0 = start_vector(program, start)
         # In small units IPOPT would take the start for a solution: it scales large objectives down, not small ones up.
-        unit = _unit(program, x0)
+        evaluator = Evaluator(program)
+        unit = _unit(evaluator, x0)
         options = {
             "ipopt.obj_scaling_factor": 1.0 / unit,
             "print_time": False,
@@ -45,7 +46,7 @@ class Ipopt:
             "ipopt.acceptable_iter": 0,
             "ipopt.max_iter": self.max_iterations,
         }
-        run = _Mapped(program, options) if self.derivatives == "mapped" else _Plain(program, options)
+        run = _Mapped(evaluator, options) if self.derivatives == "mapped" else _Plain(program, options)
         compiled = perf_counter()
         x, multipliers, stats = run.solve(x0)
         solved = perf_counter()
@@ -62,13 +63,13 @@ class Ipopt:
             }.get(said, Status.FAILED)
             failure = (status, said)
         method = "ipopt" if self.derivatives == "mapped" else "ipopt-plain"
-        return conclude(program, self, method, x, multipliers, _log(stats), seconds, failure)
+        return conclude(program, self, method, x, multipliers, _log(stats), seconds, failure, evaluator)
 
 
-def _unit(program: Program, x: np.ndarray) -> float:
+def _unit(evaluator: Evaluator, x: np.ndarray) -> float:
     """The part of `gradient_scale` that is not the gradient's own."""
-    triangle = HessianTriangle.of(program)
-    _, hessian = Evaluator(program).second_order(x, triangle.pattern, np.zeros(program.conditions))
+    triangle = HessianTriangle.of(evaluator.program)
+    _, hessian = evaluator.second_order(x, triangle.pattern, np.zeros(evaluator.program.conditions))
     usual = gradient_scale(np.zeros(0), hessian[triangle.diagonal], x)
     return usual if np.isfinite(usual) else 1.0
 
@@ -115,9 +116,9 @@ class _Function(ca.Callback):
 class _Mapped:
     """An IPOPT instance whose functions are an Evaluator's."""
 
-    def __init__(self, program: Program, options: dict[str, Any]):
-        self.program = program
-        self.evaluator = evaluator = Evaluator(program)
+    def __init__(self, evaluator: Evaluator, options: dict[str, Any]):
+        self.program = program = evaluator.program
+        self.evaluator = evaluator
         evaluator.prepare("value", "gradient", "hessian")
         n, m = program.unknowns, program.conditions
         x0 = program.x0

@@ -9,11 +9,8 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.program import Condensed, Evaluator, Program, Saddle, gradient_scale, system_of
 from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, require_equalities, start_vector
-from symmotion.solvers.sqp import CurvedRun, multipliers_of
+from symmotion.solvers.sqp import GROW, LEAST, CurvedRun, multipliers_of
 
-# The share θ of the exact Hessian grows tenfold with every step and falls back to LEAST where the matrix
-# is not positive definite: the fewest evaluations of the schedules tried.
-LEAST, GROW = 1e-3, 10.0
 # A Gauss–Newton matrix may be only semidefinite (motions that stay rigid to first order cost nothing):
 # the first multiple of the identity tried then, relative to the diagonal.
 RIDGE = 1e-10

@@ -9,7 +9,8 @@ import numpy as np
 from symmotion.program import Evaluator, Program, Saddle, gradient_scale
 from symmotion.solvers.result import Iteration, Solution, Status
 
-# As for linear conditions (see `newton`): the share of the exact Hessian after a failed factorisation, its growth.
+# The share θ of the exact Hessian grows tenfold with every step and falls back to LEAST where the matrix
+# is not positive definite: the fewest evaluations of the schedules tried, here and in `newton`.
 LEAST, GROW = 1e-3, 10.0
 RIDGE = 1e-8
 # The share of the linearised violation that the merit's slope must at least account for.
