@@ -5,6 +5,7 @@ from symmotion.program.certificate import Certificate, certify, gradient_scale, 
 from symmotion.program.condensed import Condensed
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.kernel import Kernel
+from symmotion.program.mapped import Kernels
 from symmotion.program.program import Constraint, Design, Program
 from symmotion.program.saddle import HessianTriangle, Saddle, kkt_pattern
 
@@ -18,6 +19,7 @@ __all__ = [
     "Evaluator",
     "HessianTriangle",
     "Kernel",
+    "Kernels",
     "Program",
     "Saddle",
     "certify",

@@ -6,7 +6,9 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from symmotion.program.kernel import Kernel, Mapped
+from symmotion.program.kernel import Kernel
+from symmotion.program.mapped import Kernels, Mapped, kernel_function
+from symmotion.program.state import made_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +30,8 @@ class Block:
     nodes: int
     weights: np.ndarray
     data: np.ndarray
+
+    __getstate__ = made_of
 
     @property
     def count(self) -> int:
@@ -116,8 +120,8 @@ class BlockEvaluator:
     component at each node, or None for a term.
     """
 
-    def __init__(self, block: Block):
-        self.block = block
+    def __init__(self, block: Block, kernels: Kernels = "auto", threads: int = 1):
+        self.block, self._kernels, self._threads = block, kernels, threads
         self._functions: dict[str, Mapped] = {}
         kernel = block.kernel
         self._ones = np.ones((block.count, kernel.out.numel())) if not kernel.squares else None
@@ -125,7 +129,9 @@ class BlockEvaluator:
     def prepare(self, kind: str) -> Mapped:
         """The function of one kind (see `derive`), made at its first use."""
         if kind not in self._functions:
-            self._functions[kind] = Mapped(self.block.kernel.function(kind), self.block.count, self.block.nodes)
+            block = self.block
+            function = kernel_function(block.kernel, kind, block.count, self._kernels)
+            self._functions[kind] = Mapped(function, block.count, block.nodes, self._threads)
         return self._functions[kind]
 
     def _mu(self, multipliers: np.ndarray | None) -> np.ndarray | None:
@@ -169,11 +175,13 @@ class BlockEvaluator:
         parts = np.empty((self.block.elements, local.pairs.shape[1], c * c))
         slopes = np.empty_like(z)
         share = np.full((self.block.count, 1), theta)
-        mapped = self.prepare("hessian")
-        for nodes, (blocks, gradient) in mapped.chunks(z, self.block.data, self._mu(multipliers), share):
+
+        def use(nodes: slice, outputs: list[np.ndarray]) -> None:
             elements = slice(nodes.start // q, nodes.stop // q)
-            np.matmul(local.products[elements], blocks.reshape(-1, inner, c * c), out=parts[elements])
-            slopes[nodes] = gradient
+            np.matmul(local.products[elements], outputs[0].reshape(-1, inner, c * c), out=parts[elements])
+            slopes[nodes] = outputs[1]
+
+        self.prepare("hessian").each(use, z, self.block.data, self._mu(multipliers), share)
         return self._collect(slopes), (local.gather @ parts.reshape(-1, c * c)).reshape(-1, c, c)
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:

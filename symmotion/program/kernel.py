@@ -1,8 +1,8 @@
-"""Kernels: the small symbolic functions that programs are made of, their derivatives and their batched evaluation."""
+"""Kernels: the small symbolic functions that programs are made of, and their derivatives."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from sys import intern
 
 import casadi as ca
 import numpy as np
@@ -47,6 +47,21 @@ class Kernel:
     def function(self, kind: str) -> ca.Function:
         """One of the functions of `derive`, made once for all equal kernels."""
         return derive(self.code, kind, self.channels, self.squares)
+
+    def __reduce__(self):
+        # Symbols do not pickle. Equal texts become one object, which a pickle of many programs holds once.
+        return written_kernel, (intern(self.code), self.channels, self.squares)
+
+
+@lru_cache(maxsize=512)
+def written_kernel(code: str, channels: int, squares: bool) -> Kernel:
+    """The kernel of a text that `Kernel.code` gave, the same object for equal texts."""
+    base = ca.Function.deserialize(code)
+    z, data = ca.SX.sym("z", base.size1_in(0)), ca.SX.sym("data", base.size1_in(1))
+    kernel = Kernel(z, data, base(z, data), channels, squares)
+    # With symbols of other names the text would be another, and what is compiled under this one not found.
+    kernel.__dict__["code"] = code
+    return kernel
 
 
 @lru_cache(maxsize=512)
@@ -109,56 +124,3 @@ def _by_blocks(hessian: ca.SX, channels: int) -> ca.SX:
     columns = i[None, :, None, :]
     order = (rows + columns * size).ravel()
     return ca.vec(ca.densify(hessian))[order.tolist()]
-
-
-@lru_cache(maxsize=512)
-def _mapped(function: ca.Function, count: int) -> ca.Function:
-    return function.map(count)
-
-
-class Mapped:
-    """A kernel function over many nodes, in chunks whose buffers stay in cache.
-
-    `Function.buffer()` costs under a microsecond a call where an ordinary call costs fifty.
-    Not to be shared between threads.
-    """
-
-    CHUNK = 384  # nodes: 1 MB for the Hessian of a cubic 3D rigidity kernel
-
-    def __init__(self, function: ca.Function, count: int, multiple: int = 1):
-        """count: nodes in all; multiple: nodes that must stay in one chunk."""
-        self.count = count
-        # Chunks of equal size: what the last one lacks would be evaluated in vain.
-        elements = count // multiple
-        rounds = max(1, round(count / self.CHUNK))
-        self.chunk = -(-elements // rounds) * multiple
-        mapped = _mapped(function, self.chunk)
-        self._inputs = [np.zeros((self.chunk, function.size1_in(i))) for i in range(function.n_in())]
-        self._outputs = [np.zeros((self.chunk, function.size1_out(i))) for i in range(function.n_out())]
-        # CasADi's stubs do not know that a memoryview brings its own size.
-        self._buffer, self._call = mapped.buffer()
-        for i, array in enumerate(self._inputs):
-            if array.size:
-                self._buffer.set_arg(i, memoryview(array))  # pyright: ignore[reportCallIssue, reportArgumentType]
-        for i, array in enumerate(self._outputs):
-            self._buffer.set_res(i, memoryview(array))  # pyright: ignore[reportCallIssue, reportArgumentType]
-
-    def chunks(self, *inputs: np.ndarray | None) -> Iterator[tuple[slice, list[np.ndarray]]]:
-        """For each chunk its slice of the nodes and the outputs there, (nodes, size) each, valid until the next.
-
-        inputs: (count, size) each, in the function's order; None leaves an input zero.
-        """
-        for start in range(0, self.count, self.chunk):
-            stop = min(start + self.chunk, self.count)
-            for array, values in zip(self._inputs, inputs, strict=True):
-                if values is not None and array.size:
-                    array[: stop - start] = values[start:stop]
-            self._call()
-            yield slice(start, stop), [array[: stop - start] for array in self._outputs]
-
-    def __call__(self, *inputs: np.ndarray | None) -> np.ndarray:
-        """(count, size) the first output at all nodes."""
-        result = np.empty((self.count, self._outputs[0].shape[1]))
-        for nodes, outputs in self.chunks(*inputs):
-            result[nodes] = outputs[0]
-        return result

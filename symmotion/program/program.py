@@ -11,6 +11,7 @@ from scipy import sparse
 
 from symmotion.errors import InputError
 from symmotion.program.block import Block
+from symmotion.program.state import made_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,13 @@ class Constraint:
     @property
     def is_equality(self) -> bool:
         return bool((self.lower == self.upper).all())
+
+
+class Structure(dict[Any, Any]):
+    """What is derived from a program's structure, by name. A pickle holds it empty, and once for all that share it."""
+
+    def __reduce__(self):
+        return Structure, ()
 
 
 class Design(Protocol):
@@ -75,7 +83,9 @@ class Program:
     design: Any
     build_seconds: float | None = None
     # Derived structure (patterns, null-space bases), shared by programs that differ in data only.
-    structure: dict[Any, Any] = field(default_factory=dict, repr=False)
+    structure: dict[Any, Any] = field(default_factory=Structure, repr=False)
+
+    __getstate__ = made_of
 
     @cached_property
     def offsets(self) -> dict[str, int]:

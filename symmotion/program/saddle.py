@@ -1,8 +1,6 @@
 """The sparse saddle system, for any program: [[H, Jᵀ], [J, −δI]] by LDLᵀ with one step of refinement."""
 
-import io
 from collections.abc import Callable
-from contextlib import redirect_stderr
 from copy import copy
 from dataclasses import dataclass
 from threading import get_ident
@@ -14,6 +12,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, splu
 
 from symmotion.errors import InputError
+from symmotion.program.complaints import overheard
 from symmotion.program.condensed import lowest_curvature
 from symmotion.program.evaluate import Evaluator, Pattern
 from symmotion.program.program import Program
@@ -163,10 +162,9 @@ class Saddle:
         delta = DELTA / (float(np.abs(flat[self.diagonal]).max(initial=0.0)) or 1.0)
         regular = ca.DM(self.sparsity, self.matrix(flat, delta).data)
         # A pivot that is exactly zero, as on uniform knots, is told on stderr only: the matrix is singular then.
-        complaint = io.StringIO()
-        with redirect_stderr(complaint):
+        with overheard() as complaints:
             self._solver.nfact(regular)
-        if complaint.getvalue() or self._solver.neig(regular) != self.m:
+        if complaints or self._solver.neig(regular) != self.m:
             return None
         return self.matrix(flat), regular
 

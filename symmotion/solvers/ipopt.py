@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from symmotion.program import Evaluator, HessianTriangle, Program, gradient_scale
+from symmotion.program import Evaluator, HessianTriangle, Kernels, Program, gradient_scale
 from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, start_vector
 
 
@@ -20,18 +20,21 @@ class Ipopt:
     tolerance: IPOPT's, and on its unscaled dual and primal infeasibility.
     derivatives: "mapped", the batched kernel derivatives that ExactNewton uses, or "plain", the
         program written term by term with `Opti` and differentiated as a whole, as a CasADi user would.
+    kernels, threads: of the mapped derivatives, as ExactNewton's.
     """
 
     tolerance: float = 1e-8
     max_iterations: int = 1000
     derivatives: Literal["mapped", "plain"] = "mapped"
+    kernels: Kernels = "auto"
+    threads: int | None = None
 
     def solve(self, program: Program, start: Any = None) -> Solution:
         """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
         began = perf_counter()
         x0 = start_vector(program, start)
         # In small units IPOPT would take the start for a solution: it scales large objectives down, not small ones up.
-        evaluator = Evaluator(program)
+        evaluator = Evaluator(program, self.kernels, self.threads)
         unit = _unit(evaluator, x0)
         options = {
             "ipopt.obj_scaling_factor": 1.0 / unit,

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.program import Condensed, Evaluator, Program, Saddle, gradient_scale, system_of
+from symmotion.program import Condensed, Evaluator, Kernels, Program, Saddle, gradient_scale, system_of
 from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, require_equalities, start_vector
 from symmotion.solvers.sqp import GROW, LEAST, CurvedRun, multipliers_of
 
@@ -42,11 +42,17 @@ class ExactNewton:
     tolerance: on stationarity relative to `gradient_scale`. max_iterations: of a descent.
     system: "condensed" (banded, where the conditions decouple), "sparse" (LDLᵀ, any
         equalities), or "auto", by the program's structure.
+    kernels: "compiled" by the machine's C compiler, at the cost of its 0.3 s once for each kind of
+        objective and machine; "interpreted" by CasADi; "auto": compiled where that was done before
+        or is repaid at once. threads: that a long program may use, all processors when left out.
+        Neither changes a bit of the result.
     """
 
     tolerance: float = 1e-8
     max_iterations: int = 200
     system: Literal["auto", "condensed", "sparse"] = "auto"
+    kernels: Kernels = "auto"
+    threads: int | None = None
 
     def solve(self, program: Program, start: Any = None) -> Solution:
         """Solve a program with equalities; start: None, a Solution, a motion, or (unknowns,) numbers."""
@@ -55,7 +61,7 @@ class ExactNewton:
         x = start_vector(program, start)
         if not program.linear:
             return self._solve_curved(program, x, start, began)
-        evaluator = Evaluator(program)
+        evaluator = Evaluator(program, self.kernels, self.threads)
         evaluator.prepare("value", "hessian", "line")
         system = self._system(program, evaluator, x)
         compiled = perf_counter()
@@ -78,7 +84,7 @@ class ExactNewton:
     def _solve_curved(self, program: Program, x: np.ndarray, start: Any, began: float) -> Solution:
         if self.system == "condensed":
             raise InputError('the conditions of this program are nonlinear: use system="sparse"')
-        evaluator = Evaluator(program)
+        evaluator = Evaluator(program, self.kernels, self.threads)
         evaluator.prepare("value", "hessian")
         saddle = Saddle(program, evaluator.jacobian(x))
         compiled = perf_counter()
