@@ -5,7 +5,7 @@ from symmotion.program.certificate import Certificate, certify, gradient_scale, 
 from symmotion.program.condensed import Condensed
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.kernel import Kernel
-from symmotion.program.mapped import Kernels
+from symmotion.program.mapped import Kernels, available_processors
 from symmotion.program.program import Constraint, Design, Program
 from symmotion.program.saddle import HessianTriangle, Saddle, kkt_pattern
 
@@ -22,6 +22,7 @@ __all__ = [
     "Kernels",
     "Program",
     "Saddle",
+    "available_processors",
     "certify",
     "gradient_scale",
     "kkt_pattern",

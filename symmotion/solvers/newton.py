@@ -62,7 +62,7 @@ class ExactNewton:
         if not program.linear:
             return self._solve_curved(program, x, start, began)
         evaluator = Evaluator(program, self.kernels, self.threads)
-        evaluator.prepare("value", "hessian", "line")
+        evaluator.prepare("value", "gradient", "hessian", "line")
         system = self._system(program, evaluator, x)
         compiled = perf_counter()
         evaluator.seconds = 0.0
@@ -85,7 +85,7 @@ class ExactNewton:
         if self.system == "condensed":
             raise InputError('the conditions of this program are nonlinear: use system="sparse"')
         evaluator = Evaluator(program, self.kernels, self.threads)
-        evaluator.prepare("value", "hessian")
+        evaluator.prepare("value", "gradient", "hessian")
         saddle = Saddle(program, evaluator.jacobian(x))
         compiled = perf_counter()
         evaluator.seconds = 0.0
