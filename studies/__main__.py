@@ -22,6 +22,11 @@ EXAMPLE = """\
 examples:
   python -m studies                                     all of them, in minutes, into report/
   python -m studies solvers --full -o paper --jobs 2    one in its long form, into paper/
+  python -m studies --full --scheduler tcp://host:8786  on a Dask cluster
+
+For a cluster, `pip install ".[distributed]"` in the same checkout on every machine. Run `dask scheduler` on one, and in
+the checkout on each `python -m distributed.cli.dask_worker tcp://host:8786 --nworkers 4 --nthreads 1`: started with
+python -m from there the workers find the studies, and figures are drawn by one thread at a time.
 """
 
 
@@ -35,12 +40,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for s in chosen:
                 print(f"{s.name:{width}}  {s.question}")
             return 0
+        if options.scheduler is not None and options.jobs != 1:
+            raise InputError("--jobs and --scheduler: give one of the two")
         if options.jobs < 1:
             raise InputError(f"--jobs {options.jobs}: 1 or more is needed")
         if options.data is not None and not options.data.is_file():
             raise InputError(f"--data {options.data}: there is no such file")
         require_writable(options.output)
-        records = run_all(chosen, StudyOptions(options.full, options.data), options.jobs)
+        records = run_all(chosen, StudyOptions(options.full, options.data), options.jobs, options.scheduler)
         form = "long" if options.full else "quick"
         page = write_report(records, options.output, "symmotion: studies", f"The studies in their {form} form.")
     except InputError as error:
@@ -69,6 +76,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("-o", "--output", type=Path, default=Path("report"), metavar="DIR", help="default: report")
     jobs = "studies run at the same time (default: 1); with more, they slow down each other's timings"
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help=jobs)
+    where = "run the studies on the workers of this Dask scheduler, such as tcp://10.0.0.1:8786"
+    parser.add_argument("--scheduler", metavar="ADDRESS", help=where)
     parser.add_argument("--data", type=Path, metavar="FILE", help="recorded keyframes for the studies that use them")
     return parser
 

@@ -11,9 +11,10 @@ from symmotion.design.sampled import measure_sampled
 from symmotion.motions.baselines import component_cubic, log_blend, polar_blend, steady_morph
 from symmotion.motions.motion import Motion
 from symmotion.motions.rigid import orthonormalise
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.drawing import draw_body, draw_ellipsoid, draw_path, eight_ellipses
 from symmotion.report.figures import new_figure, to_figure
+from symmotion.report.players import player, wedge
 
 BASELINES: dict[str, Callable[[sm.Keyframes], Motion]] = {
     "component-wise cubic": component_cubic,
@@ -28,6 +29,7 @@ SOLVERS = {
     "staged elimination": sm.Elimination(stages="knots"),
     "ExactNewton": sm.ExactNewton(),
 }
+PLAYED = ("component-wise cubic", "logarithm, cubic", "least R")
 SMOOTHED = 1e-3  # weight of E beside R
 SEMI_AXES = (1.1, 0.7, 0.5)
 # Jumps below this share of the largest velocity or acceleration are rounding.
@@ -75,6 +77,7 @@ def run(options: StudyOptions) -> StudyResult:
     rows: list[Row] = []
     runs: list[Run] = []
     figures: list[Figure] = []
+    players: list[Player] = []
     for k, (name, keys) in enumerate(keyframe_sets(options.full).items()):
         options.progress(name)
         motions: dict[str, Motion] = {}
@@ -100,7 +103,11 @@ def run(options: StudyOptions) -> StudyResult:
                     motions[f"least {objective}"] = solution.motion
         if k < 4:
             figures.append(_strips(f"strips-{k + 1}", name, keys, motions))
-    return StudyResult((_table(rows),), tuple(figures), tuple(runs), _conclusion(rows))
+            body = eight_ellipses() if keys.dimension == 2 else wedge(1.6)
+            caption = f"{name}: a body under some of these motions. Grey: the keyframes."
+            shown = {label: motions[label] for label in PLAYED if label in motions}
+            players.append(player(f"motions-{k + 1}", shown, body, caption, keys, picture=figures[-1]))
+    return StudyResult((_table(rows),), tuple(figures), tuple(runs), _conclusion(rows), players=tuple(players))
 
 
 def _points(keys: sm.Keyframes) -> np.ndarray:

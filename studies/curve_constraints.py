@@ -1,14 +1,15 @@
 """Motion curves under conditions: a bouncing ball, a camera with a speed limit, and what the multipliers say."""
 
 import numpy as np
-from matplotlib.axes import Axes
 
 import symmotion as sm
+from studies.curve_players import dot_player, thrown
 from symmotion.curves import arc_length, speed
 from symmotion.design.curve import curve_program
 from symmotion.design.curve_conditions import CurveCondition
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import Travelling
 
 GRAVITY = 9.81  # m/s²
 RESTITUTION = 0.8
@@ -23,11 +24,15 @@ KEY_PLACES = np.array([[0.0, 0.0], [2.0, 1.6], [3.6, 1.2], [4.6, -0.8], [7.0, 0.
 def run(options: StudyOptions) -> StudyResult:
     runs: list[Run] = []
     options.progress("bouncing ball")
-    ball_tables, ball_figure, ball_text = _ball(runs)
+    ball_tables, ball_figure, ball, ball_text = _ball(runs)
     options.progress("camera")
-    camera_tables, camera_figures, camera_text = _camera(runs, 81 if options.full else 33)
+    camera_tables, camera_figures, camera, camera_text = _camera(runs, 81 if options.full else 33)
     return StudyResult(
-        (*ball_tables, *camera_tables), (ball_figure, *camera_figures), tuple(runs), f"{ball_text}\n\n{camera_text}"
+        (*ball_tables, *camera_tables),
+        (ball_figure, *camera_figures),
+        tuple(runs),
+        f"{ball_text}\n\n{camera_text}",
+        players=(ball, camera),
     )
 
 
@@ -53,7 +58,7 @@ def ball_program(times: np.ndarray) -> sm.Program:
     return curve_program(conditions, order=3, breaks=hits)
 
 
-def _ball(runs: list[Run]) -> tuple[tuple[Table, ...], Figure, str]:
+def _ball(runs: list[Run]) -> tuple[tuple[Table, ...], Figure, Player, str]:
     physical = bounce_times(3)
     # An animator puts the hits on whole frames and lets the second hop hang a little longer.
     drawn = np.round(physical / FRAME) * FRAME
@@ -92,8 +97,9 @@ def _ball(runs: list[Run]) -> tuple[tuple[Table, ...], Figure, str]:
     price = bounded.multipliers["above the floor"]
     text = (
         f"Bouncing ball. At the physical times ∫ h'''² is {physics.objective:.2g}: gravity, floor and restitution "
-        f"agree, and no multiplier exceeds {_largest(physics):.2g}. With the hits on whole frames and the second hop "
-        f"two frames longer it is {animated.objective:.4g} m²/s⁵, and the multipliers say which demand is the dear "
+        f"agree, and no multiplier exceeds {np.abs(physics.multiplier_vector).max():.2g}. "
+        f"With the hits on whole frames and the second hop two frames longer "
+        f"it is {animated.objective:.4g} m²/s⁵, and the multipliers say which demand is the dear "
         f"one: gravity in arc {int(np.argmax(np.abs(animated.multipliers['gravity']))) + 1} has the largest of "
         f"its kind. For a change of each target by 1e-4 they predict the new optimum to {100 * worst:.2g} % of the "
         f"change or better.\n\nWithout broken tangents the smoothest curve through the same keys falls {-lowest:.3g} m "
@@ -101,11 +107,11 @@ def _ball(runs: list[Run]) -> tuple[tuple[Table, ...], Figure, str]:
         f"{bounded.objective:.4g} m²/s³ and keeps it above {min(raised, 0.0):.2g} m; the bound is active at "
         f"{int((np.abs(price) > 1e-6 * np.abs(price).max()).sum())} of the times."
     )
-    return (table,), _ball_figure(physical, drawn, physics, animated, spline, bounded), text
-
-
-def _largest(solution: sm.Solution) -> float:
-    return float(np.abs(solution.multiplier_vector).max())
+    figure = _ball_figure(physical, drawn, physics, animated, spline, bounded)
+    shown = {"physical times": physics, "animator's times": animated, "smooth": spline, "above the floor": bounded}
+    moving = {name: thrown(solution.motion, 0.7) for name, solution in shown.items()}
+    caption = "The ball under the four curves, drifting to the right so that its hops are told apart."
+    return (table,), figure, dot_player("ball", moving, 0.05, caption, unit="s"), text
 
 
 def _sensitivities(solution: sm.Solution, times: np.ndarray) -> list[tuple]:
@@ -170,7 +176,7 @@ def camera_program(limit: float | None, count: int) -> sm.Program:
     return curve_program(conditions)
 
 
-def _camera(runs: list[Run], count: int) -> tuple[tuple[Table, ...], tuple[Figure, ...], str]:
+def _camera(runs: list[Run], count: int) -> tuple[tuple[Table, ...], tuple[Figure, ...], Player, str]:
     free = sm.ExactNewton().solve(camera_program(None, count))
     runs.append(Run.of("camera, no limit", free))
     t = np.linspace(KEY_TIMES[0], KEY_TIMES[-1], 4001)
@@ -225,7 +231,11 @@ def _camera(runs: list[Run], count: int) -> tuple[tuple[Table, ...], tuple[Figur
         "bounds: where a run's inertia is left open because it has inequalities, its first-order conditions alone "
         "make it a minimum."
     )
-    return (table,), (_camera_figure(free, solved, t, count), _price_figure(rows, free)), text
+    tight = {"no limit": free, f"at most {tightest[0]:g} m/s": solved[tightest[0]]}
+    moving = {name: Travelling(s.motion, (KEY_TIMES[0], KEY_TIMES[-1])) for name, s in tight.items()}
+    caption = "The camera without a limit and under the tightest one. Grey: the keys."
+    camera = dot_player("camera-path", moving, 0.12, caption, (KEY_TIMES, KEY_PLACES), "s")
+    return (table,), (_camera_figure(free, solved, t, count), _price_figure(rows, free)), camera, text
 
 
 def _camera_figure(free: sm.Solution, solved: dict[float, sm.Solution], t: np.ndarray, count: int) -> Figure:
@@ -251,7 +261,8 @@ def _camera_figure(free: sm.Solution, solved: dict[float, sm.Solution], t: np.nd
             prices.bar(times + (k - 0.5) * width, solved[v].multipliers["speed"], width, color=colour)
         prices.set_ylabel("multiplier λ [1/s]")
         prices.set_xlabel("time [s]")
-        _same_times(graph, prices)
+        for axes in (graph, prices):
+            axes.set_xlim(KEY_TIMES[0] - 0.1, KEY_TIMES[-1] + 0.1)
         figure.legend(*path.get_legend_handles_labels(), loc="outside upper left", ncols=3)
         return to_figure(
             figure,
@@ -259,11 +270,6 @@ def _camera_figure(free: sm.Solution, solved: dict[float, sm.Solution], t: np.nd
             "A camera through five keys, at rest at both ends: path, speed with the limits dotted, and the multiplier "
             "of the limit at each time, which is what the limit costs there.",
         )
-
-
-def _same_times(*axes: Axes) -> None:
-    for a in axes:
-        a.set_xlim(KEY_TIMES[0] - 0.1, KEY_TIMES[-1] + 0.1)
 
 
 def _price_figure(rows: list[tuple], free: sm.Solution) -> Figure:

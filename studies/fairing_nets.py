@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from symmotion.fairing import Coordinates, FairingResult, Jumps
 from symmotion.motions.nets import noisy_net, smooth_net
 from symmotion.motions.two_parameter import TwoParameterMotion
-from symmotion.report import Figure
+from symmotion.report import Figure, Player
 from symmotion.report.bodies import Mesh, jug, read_teapot
 from symmotion.report.fairing_figures import (
     Image,
@@ -24,6 +24,7 @@ from symmotion.report.fairing_figures import (
     sample_patch,
 )
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player
 
 # Recorded data lies beside the checkout, not in it.
 TEAPOT = Path(__file__).resolve().parents[2] / "shared" / "data" / "utah-teapot.json"
@@ -120,6 +121,13 @@ def fairness_figure(result: FairingResult, name: str = "fairness") -> Figure:
         return to_figure(
             figure, name, "Local fairness L = |Δuuu|² + |Δvvv|² at the interior knots, one scale for both."
         )
+
+
+def turning_player(motions: Sequence[TwoParameterMotion], mesh: Mesh, caption: str) -> Player:
+    """A body along the middle curve v = const of a motion, before and after."""
+    middle = sum(motions[0].domain[1]) / 2
+    curves = {title: motion.isoparametric(v=middle) for title, motion in zip(TITLES, motions, strict=True)}
+    return player("along-u", curves, mesh, caption, direction=(0.0, -1.0, 1.0))
 
 
 def positions_figure(

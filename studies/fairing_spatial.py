@@ -14,6 +14,7 @@ from studies.fairing_nets import (
     rms,
     surface_figure,
     turn_error,
+    turning_player,
 )
 from symmotion.fairing import FairingResult, fair, local_step_program
 from symmotion.motions.dual import DualQuaternions
@@ -123,7 +124,8 @@ def run(options: StudyOptions) -> StudyResult:
         "Q⁰ = ½ d Q then holds the noise of Q times the distance. The translation's own G stays "
         f"{by[0.0][2]:.3g}. Fair the translation, or put the origin amid the motion."
     )
-    return StudyResult(tables, figures, _programs(net, result, length), conclusion, (note,))
+    moving = turning_player(motions, mesh.scaled(1.6), f"The {name} along the middle curve v = const of the motion.")
+    return StudyResult(tables, figures, _programs(net, result, length), conclusion, (note,), (moving,))
 
 
 def _place_error(motion: TwoParameterMotion, smooth: TwoParameterMotion) -> np.ndarray:

@@ -15,6 +15,7 @@ from studies.fairing_nets import (
     rms,
     surface_figure,
     turn_error,
+    turning_player,
 )
 from symmotion.fairing import fair, local_step_program
 from symmotion.motions.quaternion_algebra import conjugate, product
@@ -88,7 +89,9 @@ def run(options: StudyOptions) -> StudyResult:
             TARGET,
         ),
     )
-    return StudyResult(tables, figures, runs, _conclusion(steps, late, len(exact), far, up, stops, continuity), (note,))
+    conclusion = _conclusion(steps, late, len(exact), far, up, stops, continuity)
+    moving = turning_player(motions, small, f"The {name} along the middle curve v = const of the motion.")
+    return StudyResult(tables, figures, runs, conclusion, (note,), (moving,))
 
 
 def _one(seed: int, ring: bool):

@@ -10,6 +10,7 @@ from studies.recorded_pair import Error, Pair, judge, judge_motion, load, moving
 from symmotion.design.fitting import fit_program
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player, wedge
 
 WEIGHTS = (None, 0.0, 1e-4, 1e-3, 1e-2)
 WIDTHS = (5, 9, 15)
@@ -76,7 +77,10 @@ def run(options: StudyOptions) -> StudyResult:
         ),
     )
     figures = (_error_figure(fits, baselines), _outlier_figure(pair, spoilt, drawn))
-    return StudyResult(tables, figures, tuple(runs), _conclusion(fits, best, baselines, robust), (pair.note,))
+    caption = "The camera as a wedge in the first five seconds, fitted to samples with outliers."
+    camera = player("camera", drawn, wedge(0.06), caption, unit="s", span=(0.0, 5.0))
+    conclusion = _conclusion(fits, best, baselines, robust)
+    return StudyResult(tables, figures, tuple(runs), conclusion, (pair.note,), (camera,))
 
 
 def _solve(

@@ -8,7 +8,9 @@ import symmotion as sm
 from symmotion.design.free_times import free_times_program
 from symmotion.motions.keyframes import PARAMETRISATIONS
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
+from symmotion.report.drawing import eight_ellipses
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player
 
 SEED = 4
 
@@ -83,7 +85,15 @@ def run(options: StudyOptions) -> StudyResult:
         "IPOPT from the times of that row; best: the least of the three. Largest move: of a keyframe's time.",
     )
     figures = (_times_figure(cases), _share_figure(cases))
-    return StudyResult((table,), figures, tuple(runs), _conclusion(cases))
+    case = cases[0]
+    moving = player(
+        "motions",
+        {"uniform times": case.fixed["uniform"].motion, "best times": case.best.motion},
+        [ellipse[::3] for ellipse in eight_ellipses()],
+        f"{case.name}: the motion of least {case.energy} for uniform times and for the best. Grey: the keyframes.",
+        sm.examples.planar_keyframes(),
+    )
+    return StudyResult((table,), figures, tuple(runs), _conclusion(cases), players=(moving,))
 
 
 def _solve(name: str, keys: sm.Keyframes, energy: sm.Energy, runs: list[Run]) -> Case:

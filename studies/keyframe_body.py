@@ -11,6 +11,7 @@ from symmotion.motions.quaternion_algebra import exp
 from symmotion.motions.quaternion_interpolation import interpolate_quaternions
 from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player
 from symmotion.report.spheres import draw_outlines, view_from
 
 VIEW = view_from([1.0, -2.6, 1.5])
@@ -80,6 +81,9 @@ def run(options: StudyOptions) -> StudyResult:
                     axes, lambda p, m=motion, s=s: m.trajectory(p, s), _wedge(), (COLOURS[5],), alpha=0.18, view=VIEW
                 )
         picture = to_figure(figure, "body", "A body through six keyframes, dark (KKS figure 10).")
+    keys = sm.Keyframes(TIMES, *spline(TIMES))
+    caption = "A body through six keyframes, grey (KKS figure 10)."
+    moving = player("body", shown, _wedge(), caption, keys, picture=picture, direction=VIEW[:, 2])
     prices = np.linalg.norm(best.multipliers["keyframes"], axis=1)
     dear = int(np.argmax(prices))
     conclusion = (
@@ -92,7 +96,7 @@ def run(options: StudyOptions) -> StudyResult:
         if len({round(r.objective or 0.0, 5) for r in runs}) == len(optima)
         else "ExactNewton and IPOPT end at different optima: see the runs."
     )
-    return StudyResult((table,), (picture,), tuple(runs), conclusion)
+    return StudyResult((table,), (picture,), tuple(runs), conclusion, players=(moving,))
 
 
 def _measures(motion: PoseMotion, energy: sm.TrajectoryEnergy) -> tuple[float, float, float]:

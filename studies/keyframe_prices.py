@@ -6,6 +6,7 @@ import symmotion as sm
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.drawing import draw_body, draw_path, letter_k
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player
 
 OBJECTIVE = sm.Rigidity(2) + 0.05 * sm.TrajectoryEnergy(np.concatenate([np.zeros((1, 2)), np.eye(2)]))
 LENGTHS = (0.003, 0.01, 0.03, 0.1)
@@ -70,7 +71,9 @@ def run(options: StudyOptions) -> StudyResult:
     )
     figures = (_prices_figure(keys, solution, prices), _check_figure(predicted))
     runs = tuple(Run.of("six planar keyframes", s) for s in comparison.solutions)
-    return StudyResult((table, check), figures, runs, conclusion)
+    caption = "A letter K under the optimal motion. Grey: the keyframes."
+    moving = player("motion", {"optimum": solution.motion}, letter_k(), caption, keys)
+    return StudyResult((table, check), figures, runs, conclusion, players=(moving,))
 
 
 def _prices_figure(keys: sm.Keyframes, solution: sm.Solution, prices) -> Figure:

@@ -8,6 +8,7 @@ from symmotion.motions.morphing import copy_deviations, keyframes_from_copies
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.drawing import draw_body
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player
 
 # A fish: control points of four cubic Bézier arcs that close.
 OUTLINE = np.array(
@@ -88,7 +89,10 @@ def run(options: StudyOptions) -> StudyResult:
         f"component-wise spline shrinks it to {least['interpolating spline']:.3g}, the motion of least R to "
         f"{least['least R']:.3g}, that of least R* to {least['least R*']:.3g}."
     )
-    return StudyResult(tables, (_figure(motions, shape, copies),), tuple(runs), conclusion)
+    picture = _figure(motions, shape, copies)
+    caption = "A drawn fish under three affine motions through the least-squares keyframes, grey."
+    fish = player("morphs", motions, [outline(shape, 12)], caption, keys, picture=picture)
+    return StudyResult(tables, (picture,), tuple(runs), conclusion, players=(fish,))
 
 
 def _areas(motion: sm.AffineMotion) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from scipy.interpolate import BSpline, CubicSpline
 
 import symmotion as sm
+from studies.curve_players import dot_player
 from symmotion.curves import (
     Curve,
     RationalQuadratic,
@@ -28,8 +29,9 @@ from symmotion.curves import (
     smooth_step,
     speed,
 )
-from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table
+from symmotion.report import Column, Figure, Player, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import Travelling
 from symmotion.splines import gauss
 
 INK = COLOURS[5]
@@ -61,7 +63,23 @@ def run(options: StudyOptions) -> StudyResult:
         f"The cubic Bézier curve's speed varies by a factor {_variation(cubic):.3g} along its path. Reparametrised by "
         f"arc length, it has passed the length it should at every time tried, to {error:.1g} of the whole."
     )
-    return StudyResult((families, agreement), tuple(figures), (), conclusion)
+    return StudyResult((families, agreement), tuple(figures), (), conclusion, players=_players())
+
+
+def _players() -> tuple[Player, ...]:
+    """A point on one path in four ways, and on three paths through the same keys."""
+    passed = {label: Travelling(curve, curve.domain) for label, curve in _timed()}
+    through = {
+        f"{name} times": Travelling(catmull_rom(key_times(e) / key_times(e)[-1], KEYS), (0.0, 1.0))
+        for name, e in (("uniform", 0.0), ("centripetal", 0.5), ("chordal", 1.0))
+    }
+    keys = np.linspace(0, 1, len(KEYS)), KEYS
+    return (
+        dot_player("one-path", passed, 0.09, "One path, passed in four ways in the same time."),
+        dot_player(
+            "three-times", through, 0.09, "Catmull–Rom splines through the same keys, grey, in unit time.", keys
+        ),
+    )
 
 
 def _variation(curve: Curve) -> float:
@@ -337,16 +355,20 @@ def _bsplines() -> Figure:
         )
 
 
-def _timing() -> Figure:
+def _timed() -> list[tuple[str, Curve]]:
     curve = bezier([[0, 0], [0.3, 2.2], [1.0, -0.6], [4.5, 1.2]])
-    length = arc_length(curve)
     even = constant_speed(curve, (0.0, 1.0))
-    curves = [
+    return [
         ("as given", curve),
         ("constant speed", even),
         ("slow-in, slow-out", Retimed(even, slow_in_out(0.3, 0.3))),
         ("smooth step", Retimed(even, smooth_step(2))),
     ]
+
+
+def _timing() -> Figure:
+    curves = _timed()
+    length = arc_length(curves[0][1])
     with new_figure(7.0, 3.6) as figure:
         path, graph = figure.subplots(1, 2, width_ratios=(1.25, 1))
         for k, ((label, timed), colour) in enumerate(zip(curves, COLOURS, strict=False)):

@@ -13,7 +13,7 @@ KEYFRAMES = sm.examples.planar_keyframes()
 
 
 def run(options: StudyOptions) -> StudyResult:
-    return before_and_after(KEYFRAMES, _draw, "A body of eight ellipses", options)
+    return before_and_after(KEYFRAMES, _draw, eight_ellipses(), "A body of eight ellipses", options)
 
 
 def _draw(axes: Axes, motion: sm.AffineMotion) -> None:

@@ -12,6 +12,7 @@ from symmotion.motions.quaternion_interpolation import interpolate_quaternions
 from symmotion.motions.slerps import slerp_curve
 from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player, turning
 from symmotion.report.spheres import draw_curve, draw_points, draw_sphere, view_from
 
 # Recorded data lies beside the checkout, not in it.
@@ -75,7 +76,7 @@ def run(options: StudyOptions) -> StudyResult:
         f"and the fastest motion of the site from {rows[2][3]:.4g} to {rows[3][3]:.4g} and {rows[4][3]:.4g} km/Ma "
         f"(slerp: {rows[0][3]:.4g})."
     )
-    return StudyResult((table,), figures, tuple(runs), conclusion, (note,))
+    return StudyResult((table,), figures, tuple(runs), conclusion, (note,), (_drift(motions, site),))
 
 
 def load(path: Path | None = None) -> tuple[np.ndarray, np.ndarray, str]:
@@ -145,6 +146,18 @@ def _rates(motions, t: np.ndarray, ages: np.ndarray):
         axes.set(xlabel="age [Ma]", ylabel="rate [°/Ma]")
         figure.legend(loc="outside upper left", ncols=5)
         return to_figure(figure, "rates", "Angular rate of the plate by age; ticks are the ages of the data.")
+
+
+def _drift(motions, site: np.ndarray):
+    """The plate as a cap of the unit sphere, 20° wide, about the site."""
+    east = np.cross([0.0, 0.0, 1.0], site)
+    around = np.linspace(0, 2 * np.pi, 24, endpoint=False)[:, None]
+    ring = np.cos(around) * east / np.linalg.norm(east) + np.sin(around) * np.cross(site, east)
+    angle = np.deg2rad(20)
+    cap = np.cos(angle) * site + np.sin(angle) * ring
+    shown = {name: turning(motions[name]) for name in ("C² spline", "within 2°")}
+    caption = "A cap of the sphere, 20° in radius, about the site, and the path that the plate's rotations carry it on."
+    return player("drift", shown, [cap], caption, unit="Ma", centre=site, direction=(0.9, 0.35, 0.5))
 
 
 def _path(motions, t: np.ndarray, ages: np.ndarray, q: np.ndarray, site: np.ndarray):

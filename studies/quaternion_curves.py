@@ -6,6 +6,7 @@ from symmotion.motions.quaternion import QuaternionMotion
 from symmotion.motions.quaternion_algebra import exp
 from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player, turning, wedge
 from symmotion.report.spheres import draw_curve, draw_points, draw_sphere, on_sphere, view_from
 from symmotion.splines import BSplineBasis
 from symmotion.splines.cumulative import cumulative
@@ -57,7 +58,14 @@ def run(options: StudyOptions) -> StudyResult:
         f"KKS say. "
         "The curve is C²: rate and acceleration do not jump at the knots, the jerk does."
     )
-    return StudyResult((hermite, table), (_bases(), _spheres(family), figure), (), conclusion)
+    turned = {_label(*key): turning(motion) for key, motion in family.items() if max(key) < 5 and key[1] < 2}
+    caption = "A body under Hermite curves between the same orientations, by end rates and extra turns."
+    moving = player("turning", turned, wedge(), caption, unit="s", centre=(0.5, 0.0, 0.0), direction=VIEW[:, 2])
+    return StudyResult((hermite, table), (_bases(), _spheres(family), figure), (), conclusion, players=(moving,))
+
+
+def _label(factor: float, turns: int) -> str:
+    return f"end rates × {factor:g}" if not turns else f"{turns:+d} turn{'s' if abs(turns) > 1 else ''}"
 
 
 def _local_control() -> tuple[Table, Figure, float, float]:

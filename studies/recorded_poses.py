@@ -10,6 +10,7 @@ from studies.several_keyframes import start_of
 from symmotion.motions.rigid import orthonormalise
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player, wedge
 
 # Recorded data lies beside the checkout, not in it.
 RECORDING = Path(__file__).resolve().parents[2] / "shared" / "data" / "freiburg1_xyz-groundtruth.txt"
@@ -19,7 +20,7 @@ POINTS = np.concatenate([np.eye(3), -np.eye(3)])
 def run(options: StudyOptions) -> StudyResult:
     recording, notes = load(options.data)
     runs, rows = [], []
-    drawn: dict[str, np.ndarray] = {}
+    moving: dict[str, sm.AffineMotion] = {}
     intervals = (0.25, 0.5, 1.0, 2.0, 4.0) if options.full else (0.5, 1.0, 2.0)
     for interval in intervals:
         keys = pick(recording, interval)
@@ -36,10 +37,10 @@ def run(options: StudyOptions) -> StudyResult:
             if not weight:
                 rows.append((interval, len(keys), "interpolating spline", *_deviation(start_of(program), recording)))
                 if interval == 1.0:
-                    drawn["interpolating spline"] = _errors(start_of(program), recording)[2]
+                    moving["interpolating spline"] = start_of(program)
             rows.append((interval, len(keys), objective.name, *_deviation(best.motion, recording)))
             if not weight and interval == 1.0:
-                drawn["least R"] = _errors(best.motion, recording)[2]
+                moving["least R"] = best.motion
     table = Table(
         "deviation between the keyframes",
         (
@@ -64,7 +65,12 @@ def run(options: StudyOptions) -> StudyResult:
         "A little trajectory energy (E, weighted) trades distortion for smoother paths; the position is the natural "
         "spline's unless E couples it to the rotation."
     )
-    return StudyResult((table,), (_distortion_figure(recording, drawn),), tuple(runs), conclusion, notes)
+    drawn = {name: _errors(motion, recording)[2] for name, motion in moving.items()}
+    keys = pick(recording, 1.0)
+    caption = "The camera as a wedge in the first ten seconds, a keyframe every second (grey), and its path."
+    camera = player("camera", moving, wedge(0.06), caption, keys[keys.times <= 10.5], unit="s", span=(0.0, 10.0))
+    figures = (_distortion_figure(recording, drawn),)
+    return StudyResult((table,), figures, tuple(runs), conclusion, notes, (camera,))
 
 
 def load(data: Path | None) -> tuple[sm.Keyframes, tuple[str, ...]]:

@@ -1,10 +1,11 @@
-"""Running studies, one by one or in several processes, with progress on stderr."""
+"""Running studies, one by one, in several processes or on a cluster, with progress on stderr."""
 
 # Not in __main__: a spawned worker finds functions by their module, and does not import a package's __main__.
 
 import traceback
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, wait
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
@@ -14,6 +15,7 @@ from time import perf_counter
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+from studies.cluster import cluster
 from symmotion.errors import InputError
 from symmotion.report import Study, StudyOptions, StudyRecord
 
@@ -31,11 +33,21 @@ def run_study(study: Study, options: StudyOptions) -> StudyRecord:
     return StudyRecord(study.name, study.question, study.source, perf_counter() - began, result, error, trace)
 
 
-def run_all(chosen: Sequence[Study], options: StudyOptions, jobs: int) -> list[StudyRecord]:
-    """The records of studies in their order, run one by one or in `jobs` processes, with progress on stderr."""
+def run_all(
+    chosen: Sequence[Study], options: StudyOptions, jobs: int, scheduler: str | None = None
+) -> list[StudyRecord]:
+    """The records of studies in their order, with progress on stderr.
+
+    Run one by one, or in `jobs` processes, or on the Dask cluster whose scheduler has this address.
+    """
     columns = (BarColumn(20), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
-    with Progress(*columns, console=Console(stderr=True)) as bars:
+    with ExitStack() as stack:
+        # Before the bars: where no cluster answers, nothing has begun.
+        executor = None if scheduler is None else stack.enter_context(cluster(scheduler))
+        bars = stack.enter_context(Progress(*columns, console=Console(stderr=True)))
         display = _Display(bars, len(chosen))
+        if executor is not None:
+            return _collect(chosen, {executor.submit(run_study, s, options): s for s in chosen}, display)
         if jobs > 1:
             return _run_parallel(chosen, options, min(jobs, len(chosen) or 1), display)
         records = []
@@ -50,19 +62,28 @@ def run_all(chosen: Sequence[Study], options: StudyOptions, jobs: int) -> list[S
 def _run_parallel(chosen: Sequence[Study], options: StudyOptions, jobs: int, display: "_Display") -> list[StudyRecord]:
     # Spawned, because CasADi and BLAS threads do not survive a fork.
     context = get_context("spawn")
-    records, began = {}, perf_counter()
     with context.Manager() as manager, ProcessPoolExecutor(jobs, mp_context=context) as pool:
         steps = manager.Queue()
         studies_of = {pool.submit(_run_reporting, study, options, steps): study for study in chosen}
-        pending = set(studies_of)
-        while pending:
-            finished, pending = wait(pending, timeout=0.2)
-            while not steps.empty():
-                display.step(*steps.get())
-            for future in finished:
-                record = _record(future, studies_of[future], perf_counter() - began)
-                records[record.name] = record
-                display.finish(record)
+        return _collect(chosen, studies_of, display, steps)
+
+
+def _collect(
+    chosen: Sequence[Study],
+    studies_of: Mapping[Future[StudyRecord], Study],
+    display: "_Display",
+    steps: "Queue[tuple[str, str]] | None" = None,
+) -> list[StudyRecord]:
+    """The records of the studies that were handed out, in the order chosen; steps: what their processes report."""
+    records, began, pending = {}, perf_counter(), set(studies_of)
+    while pending:
+        finished, pending = wait(pending, timeout=0.2)
+        while steps is not None and not steps.empty():
+            display.step(*steps.get())
+        for future in finished:
+            record = _record(future, studies_of[future], perf_counter() - began)
+            records[record.name] = record
+            display.finish(record)
     return [records[study.name] for study in chosen]
 
 

@@ -8,12 +8,13 @@ import symmotion as sm
 from symmotion.report import Column, Figure, Run, StudyOptions, StudyResult, Table
 from symmotion.report.drawing import draw_inner_products
 from symmotion.report.figures import convergence_figure, new_figure, to_figure
+from symmotion.report.players import Shape, player
 
 Draw = Callable[[Axes, sm.AffineMotion], None]
 ROTATIONAL_ENERGY = sm.JetEnergy(lambda jet: jet.ddA, squares=True, label="rotational energy")
 
 
-def before_and_after(keys: sm.Keyframes, draw: Draw, body: str, options: StudyOptions) -> StudyResult:
+def before_and_after(keys: sm.Keyframes, draw: Draw, body: Shape, name: str, options: StudyOptions) -> StudyResult:
     """Optimise cubics with one and more knots per segment under R and R*; draw the R* optimum beside its start."""
     runs: list[Run] = []
     rows = []
@@ -58,12 +59,16 @@ def before_and_after(keys: sm.Keyframes, draw: Draw, body: str, options: StudyOp
         "their mixed products stay near zero where the keyframes have no shear."
     )
     first = [r for r in runs if r.case.endswith(": 1")]
+    pictures = _pictures(draw, name, start, best.motion)
+    shown = {"interpolating spline": start, "least R*": best.motion}
+    caption = "Before and after: the C² cubic interpolant and the motion of least R*. Grey: the keyframes."
+    moving = player("motions", shown, body, caption, keys, picture=pictures)
     figures = (
-        _pictures(draw, body, start, best.motion),
+        pictures,
         _products(keys, start, best.motion),
         convergence_figure(first, "convergence", "Stationarity by iteration, one knot per segment."),
     )
-    return StudyResult((table,), figures, tuple(runs), conclusion)
+    return StudyResult((table,), figures, tuple(runs), conclusion, players=(moving,))
 
 
 def start_of(program: sm.Program) -> sm.AffineMotion:

@@ -5,11 +5,13 @@ from typing import Any
 import numpy as np
 from matplotlib.collections import PolyCollection
 
+from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.pose import PoseMotion
 from symmotion.motions.quaternion import QuaternionMotion
 from symmotion.motions.quaternion_algebra import exp
 from symmotion.report import Column, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player
 from symmotion.report.spheres import draw_outlines, view_from
 from symmotion.splines import BSplineBasis, Spline
 
@@ -70,7 +72,18 @@ def run(options: StudyOptions) -> StudyResult:
             else "folds over where it does not: the turns are too sharp for its width there."
         )
     )
-    return StudyResult((table,), (picture,), (), conclusion)
+    places = np.linspace(*motion.domain, 13)
+    moving = player(
+        "section",
+        {"cubic B-spline motion": motion},
+        [section],
+        "The section along its motion, and where it is at 13 times.",
+        Keyframes(places, *motion(places)),
+        picture=picture,
+        unit="s",
+        direction=VIEW[:, 2],
+    )
+    return StudyResult((table,), (picture,), (), conclusion, players=(moving,))
 
 
 def _draw_surface(axes, surface: np.ndarray) -> None:

@@ -15,8 +15,9 @@ from symmotion.motions.rational import CurveMotion
 from symmotion.motions.two_parameter import TwoParameterMotion
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.bodies import Mesh, grid_mesh
-from symmotion.report.fairing_figures import draw_bodies, draw_isophotes, facing, sample_patch
+from symmotion.report.fairing_figures import DIRECTION, draw_bodies, draw_isophotes, facing, sample_patch
 from symmotion.report.figures import new_figure, to_figure
+from symmotion.report.players import player
 from symmotion.splines import BSplineBasis, Spline
 
 METRES_PER_DEGREE = 111_200.0
@@ -71,13 +72,16 @@ def run(options: StudyOptions) -> StudyResult:
         f"{bounded.discarded} were discarded and {bounded.steps} taken."
     )
     motions = (tool, best.motion)
+    passes = {"before": tool.along(curve), "after, G / 100": best.motion.along(curve)}
+    caption = "The tool along the first line of the pass and round to the next, and the path of its tip."
+    moving = player("tool", passes, cutter(1.3 * spacing), caption, unit="s", direction=DIRECTION, span=(0.0, 70.0))
     figures = (
         _field(motions, curve, spacing),
         _surfaces(motions),
         fairness_figure(best),
         _rates({"before": tool.along(curve), "after": best.motion.along(curve)}, t),
     )
-    return StudyResult((Table("passes", columns, tuple(rows), caption),), figures, runs, conclusion, (note,))
+    return StudyResult((Table("passes", columns, tuple(rows), caption),), figures, runs, conclusion, (note,), (moving,))
 
 
 def height_field(n: int, m: int) -> tuple[np.ndarray, str]:

@@ -12,8 +12,9 @@ from symmotion.motions.quaternion import QuaternionMotion
 from symmotion.motions.quaternion_algebra import exp, product, to_rotation
 from symmotion.motions.quaternion_interpolation import interpolate_quaternions
 from symmotion.motions.slerps import shoemake_bezier, shoemake_interpolant, squad
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player, turning, wedge
 
 INERTIA = np.array([1.0, 2.0, 4.0])
 ANGLES = (10, 30, 60, 90, 120, 150, 210, 270, 330)
@@ -29,7 +30,7 @@ def run(options: StudyOptions) -> StudyResult:
     options.progress("knots and inertia")
     knots, more = _knots()
     options.progress("a rate bound")
-    bounded, figure, last = _bounded()
+    bounded, figure, moving, last = _bounded()
     polygons: list[tuple[Any, ...]] = list(bezier.rows)
     first, short = polygons[0], next(r for r in polygons if r[0] == 150)
     inside = [r[0] for r in polygons if r[1] is not None and abs(r[1] - 1) <= 0.05]
@@ -63,7 +64,7 @@ def run(options: StudyOptions) -> StudyResult:
         f"With moments of inertia 1, 2, 4 the optimum falls from {falls[0][2]:.6g} with one knot per interval to "
         f"{falls[-1][2]:.6g} with eight; the C² spline needs {falls[-1][4]:.4g} times as much. {bounded}"
     )
-    return StudyResult((bezier, interpolants, knots), (figure,), (*runs, *more, *last), conclusion)
+    return StudyResult((bezier, interpolants, knots), (figure,), (*runs, *more, *last), conclusion, players=(moving,))
 
 
 def _chain(count: int, degrees: float, seed: int) -> np.ndarray:
@@ -174,7 +175,7 @@ def _knots() -> tuple[Table, list[Run]]:
     return Table("optima by knots", columns, tuple(rows), "8 keyframes, neighbours 70° apart, moments 1, 2, 4."), runs
 
 
-def _bounded() -> tuple[str, Figure, list[Run]]:
+def _bounded() -> tuple[str, Figure, Player, list[Run]]:
     t, q = np.arange(8.0), _chain(8, 70, 3)
     free = sm.ExactNewton().solve(orientation_program(t, q, knots_per_interval=4))
     x = np.linspace(0, 7, 1401)
@@ -198,7 +199,10 @@ def _bounded() -> tuple[str, Figure, list[Run]]:
         f"{held.multipliers['rate bound'].size} parameters, costs {100 * (held.objective / free.objective - 1):.3g} % "
         f"of energy, and is kept to {100 * (slow.max() / most - 1):.2g} % in between."
     )
-    return text, picture, runs
+    shown = {"least torque": turning(free.motion), "rate bounded": turning(held.motion)}
+    caption = "A body turned through eight orientations with least torque, without and with a bound on its rate."
+    moving = player("turning", shown, wedge(), caption, unit="s", centre=(0.5, 0.0, 0.0))
+    return text, picture, moving, runs
 
 
 STUDY = Study(

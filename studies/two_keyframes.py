@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 import symmotion as sm
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.drawing import draw_body, draw_inner_products, letter_k
 from symmotion.report.figures import new_figure, to_figure
+from symmotion.report.players import player
 
 KEYFRAMES = {"orthogonal": sm.examples.quarter_turn(), "general": sm.examples.sheared_turn()}
 DRAWN = (1, 2, 3)
@@ -17,6 +18,7 @@ def run(options: StudyOptions) -> StudyResult:
     runs: list[Run] = []
     rows: list[tuple[str, str, int, float, float, float]] = []
     figures: list[Figure] = []
+    players: list[Player] = []
     highest = 7 if options.full else 5
     for name, keys in KEYFRAMES.items():
         for order in (1, 2):
@@ -37,6 +39,9 @@ def run(options: StudyOptions) -> StudyResult:
                 rows.append((name, objective.name, degree, best.objective, at_once.objective, _distortion(best.motion)))
             if order == 2:
                 figures.append(_pictures(name, motions))
+                shown = {f"degree {degree}": motions[degree - 1] for degree in DRAWN}
+                caption = f"A letter K under the least distorted motions (R*) between two {name} keyframes, grey."
+                players.append(player(f"{name}-motions", shown, letter_k(), caption, keys, picture=figures[-1]))
                 figures.append(_products(name, keys, motions))
     table = Table(
         "optima by degree",
@@ -69,7 +74,7 @@ def run(options: StudyOptions) -> StudyResult:
             f"\n\nThe gradual way pays: at once, from the straight blend, ExactNewton ends at a worse local minimum "
             f"in {len(worse)} of {len(rows)} cases ({'; '.join(worse)})."
         )
-    return StudyResult((table,), tuple(figures), tuple(runs), conclusion)
+    return StudyResult((table,), tuple(figures), tuple(runs), conclusion, players=tuple(players))
 
 
 def _distortion(motion: sm.AffineMotion) -> float:

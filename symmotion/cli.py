@@ -13,11 +13,13 @@ import numpy as np
 from symmotion.design import MotionConstraint, Periodic, Tolerance, affine_program, auto_knots, free_times_program
 from symmotion.energies import Energy, Rigidity, TrajectoryEnergy
 from symmotion.errors import InputError, SolveError
-from symmotion.files import read_keyframes, write_motion
+from symmotion.files import read_keyframes
 from symmotion.files.formats import format_of
 from symmotion.motions import Keyframes
+from symmotion.outputs import check_outputs, write_output
 from symmotion.solvers import Solution, solver_by_name
 
+KEYFRAMES = "keyframes: .tum, .kitti, .csv, .json; of a node: .bvh, .glb, .gltf"
 OBJECTIVES = ("rigidity", "rigidity2", "energy")
 EXAMPLES = {
     "compare": """\
@@ -27,6 +29,7 @@ example:
     "design": """\
 example:
   symmotion design poses.tum -o motion.json motion.csv --objective rigidity+0.001*energy
+  symmotion design walk.bvh --node LeftHand -o hand.glb hand.usda hand.gif
 """,
     "fair": """\
 example:
@@ -115,19 +118,16 @@ def _settings(options: argparse.Namespace) -> str:
 
 
 def _design(options: argparse.Namespace) -> int:
-    for path in options.output:
-        format_of(path, None, ("json", "csv", "tum"))  # before the work, not after it
-    keyframes = read_keyframes(options.file)
+    check_outputs(options.output, options.seconds)  # before the work, not after it
+    keyframes = read_keyframes(options.file, node=options.node)
     try:
         objective = objective_by_name(options.objective, keyframes.dimension)
         solution = _solve(options, keyframes, objective)
     except (InputError, SolveError) as error:
         raise type(error)(f"{options.file}: {error}") from error
     for path in options.output:
-        sampled = path.suffix != ".json"
-        rigid = options.orthonormalise and path.suffix == ".tum"
-        write_motion(solution.motion, path, rate=options.rate if sampled else None, orthonormalise=rigid)
-        print(f"wrote {path}")
+        said = write_output(solution.motion, path, options.rate, options.orthonormalise, options.seconds)
+        print(f"wrote {said}")
     print(solution)
     return 0
 
@@ -234,7 +234,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     compare.set_defaults(command=_compare)
-    compare.add_argument("files", metavar="FILE", nargs="+", type=Path, help="keyframes: .tum, .kitti, .csv, .json")
+    compare.add_argument("files", metavar="FILE", nargs="+", type=Path, help=KEYFRAMES)
     compare.add_argument("-o", "--output", type=Path, default=Path("report"), metavar="DIR", help="default: report")
     compare.add_argument(
         "--objective",
@@ -257,7 +257,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     design.set_defaults(command=_design)
-    design.add_argument("file", metavar="FILE", type=Path, help="keyframes: .tum, .kitti, .csv, .json")
+    design.add_argument("file", metavar="FILE", type=Path, help=KEYFRAMES)
     design.add_argument(
         "-o",
         "--output",
@@ -265,8 +265,15 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         required=True,
         metavar="OUT",
-        help=".json: exact; .csv, .tum: samples",
+        help=".json: exact; .csv, .tum: samples; .glb, .usda: an animated scene; .gif, .mp4: a film",
     )
+    design.add_argument(
+        "--node",
+        type=lambda text: int(text) if text.isdecimal() else text,
+        metavar="NAME",
+        help="joint of a .bvh or node of a .glb, .gltf, by name or index; default: the root",
+    )
+    design.add_argument("--seconds", type=float, metavar="S", help="length of .glb, .usda, .gif, .mp4")
     design.add_argument("--objective", default="rigidity", metavar="NAME", help="as for compare; default: rigidity")
     design.add_argument("--solver", metavar="NAME", help="default: newton; ipopt with --tolerance and --free-times")
     design.add_argument("--periodic", action="store_true", help="close the motion with its derivatives")

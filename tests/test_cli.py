@@ -58,6 +58,10 @@ def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_pa
         (["design", "{tmp}/none.tum", "-o", "{tmp}/m.json"], "none.tum: "),
         (["design", "{poses}", "-o", "{tmp}/m.obj"], "format 'obj' is unknown; there are json, csv, tum"),
         (["design", "{poses}", "-o", "{tmp}/no/m.json"], "no/m.json"),
+        (["design", "{poses}", "-o", "{tmp}/no/m.glb"], "no/m.glb"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--node", "hip"], "poses.tum: has no nodes"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--seconds", "3"], "--seconds goes with .glb, .usda, .gif, .mp4"),
+        (["design", "{poses}", "-o", "{tmp}/m.glb", "--seconds", "-3"], "--seconds -3: a positive duration"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--objective", "torque"], "objective 'torque' is unknown"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--objective", "1.2.3*rigidity"], "'1.2.3' is no number"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--objective=-1*rigidity"], "weight -1 of R"),
@@ -115,6 +119,31 @@ def test_design_takes_conditions_and_automatic_knots(flags, tmp_path):
         np.testing.assert_allclose(motion(a, 2).linear, motion(b, 2).linear, atol=1e-6)
     if "--auto-knots" in flags:
         assert len(motion.basis.breakpoints) == len(closed) + 6
+
+
+def test_design_writes_scenes_and_films(poses, tmp_path, capsys):
+    names = ["m.glb", "m.usda", "m.gif"]
+    assert main(["design", str(poses), "-o", *(str(tmp_path / n) for n in names), "--seconds", "0.4"]) == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(["poses.tum", *names])
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith(f"wrote {tmp_path / 'm.glb'}: 9 cubic Hermite keys of four joints, exact up to rounding")
+    assert "matrix samples, sampled, error" in said[1]
+    assert said[2] == f"wrote {tmp_path / 'm.gif'}"
+
+
+@pytest.mark.parametrize("node", ["arm", "1"])
+def test_design_takes_a_joint_of_a_skeleton(tmp_path, node):
+    walk, out = tmp_path / "walk.bvh", tmp_path / "m.json"
+    walk.write_text(
+        "HIERARCHY\nROOT hip { OFFSET 0 0 0 CHANNELS 3 Xposition Yposition Zposition\n"
+        "JOINT arm { OFFSET 0 1 0 CHANNELS 1 Zrotation } }\nMOTION\nFrames: 3\nFrame Time: 0.5\n"
+        "0 0 0 0\n1 0 0 30\n2 1 0 50\n"
+    )
+    assert main(["design", str(walk), "--node", node, "-o", str(out)]) == 0
+    keys = sm.read_keyframes(walk, node="arm")
+    motion = sm.read_motion(out)
+    np.testing.assert_allclose(motion(keys.times).linear, keys.linear, atol=1e-9)
+    assert motion.domain == (0, 1)
 
 
 def test_design_frees_the_times(poses, tmp_path):

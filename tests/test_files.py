@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from symmotion.errors import InputError
 from symmotion.files import read_keyframes, read_motion, whole_file, write_keyframes, write_motion
-from symmotion.motions import AffineMotion, Keyframes
+from symmotion.motions import AffineMotion, Keyframes, log_blend
 from symmotion.splines import BSplineBasis
 
 RECORDED = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -204,7 +204,7 @@ MATRIX = "[[1, 0], [0, 1]]"
         ("a.tum", b"0 0 \xff", "a.tum: is not UTF-8 text .* save it as UTF-8"),
         ("a.txt", "#\n1 2 3\n", "a.txt, line 2: 3 columns; 8 make it tum and 12 kitti"),
         ("a.txt", "# only\n", "a.txt, line 1: 0 columns"),
-        ("a.bvh", POSE, "a.bvh: format 'bvh' is unknown; there are tum, kitti, csv, json"),
+        ("a.obj", POSE, "a.obj: format 'obj' is unknown; there are tum, kitti, csv, json"),
         ("a", POSE, "a: format '' is unknown"),
         ("a.csv", "\n\n", r"a.csv: of the columns \(\) none would be the linear part: it takes exactly qx qy qz qw, "),
         ("a.csv", "t,x,y,z\n", r"a.csv: of the columns \(t, x, y, z\) none would be the linear part"),
@@ -248,7 +248,8 @@ def test_bad_keyframe_files_name_the_file_and_the_place(file, name, content, mes
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"format": "bvh"}, "a.tum: format 'bvh' is unknown; there are tum, kitti, csv, json"),
+        ({"format": "obj"}, "a.tum: format 'obj' is unknown; there are tum, kitti, csv, json"),
+        ({"node": "hip"}, "a.tum: has no nodes"),
         ({"delimiter": "::"}, "delimiter '::': one character is needed"),
         ({"delimiter": ""}, "delimiter '': one character is needed"),
         ({"times": [0, 1, 2]}, "a.tum: 3 times for 2 linear parts"),
@@ -369,6 +370,7 @@ FLIP = sliding_motion([1, 1, 1], [-1, 1, 1])
         (turning_motion(), "m.csv", {"times": [0, 3]}, "parameter 3 is outside the domain"),
         (turning_motion(), "m.csv", {"times": [1, 0]}, "the time of sample 1, 0, comes before that of sample 0"),
         (turning_motion(), "m.kitti", {}, "m.kitti: format 'kitti' is unknown; there are json, csv, tum"),
+        (log_blend(rigid_keyframes()), "m.json", {}, "m.json: json holds an AffineMotion: Interpolant does not"),
         (sliding_motion([1, 1], [np.nan, 1]), "m.json", {}, "m.json: control 1 of the motion is not finite"),
     ],
 )  # fmt: skip

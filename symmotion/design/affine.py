@@ -16,6 +16,7 @@ from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
 from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.program import Block, BlockEvaluator, Constraint, Kernel, Program
+from symmotion.program.state import made_of
 from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
 from symmotion.splines.interpolation import require_schoenberg_whitney
 
@@ -107,6 +108,8 @@ class AffineDesign:
     objective: Energy
     start: Spline
     constraints: tuple[MotionConstraint, ...] = ()
+
+    __getstate__ = made_of
 
     @cached_property
     def origin(self) -> np.ndarray:

@@ -13,6 +13,7 @@ from symmotion.design.affine import represent
 from symmotion.design.curve_conditions import CurveCondition
 from symmotion.errors import InputError
 from symmotion.program import Block, Constraint, Kernel, Program
+from symmotion.program.state import made_of
 from symmotion.splines import BSplineBasis, Spline, gauss
 
 UNKNOWN = "controls"
@@ -122,6 +123,8 @@ class CurveDesign:
     order: int
     basis: BSplineBasis
     breaks: np.ndarray
+
+    __getstate__ = made_of
 
     @cached_property
     def shape(self) -> tuple[int, ...]:

@@ -15,6 +15,7 @@ from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.program import Constraint, Program
+from symmotion.program.state import made_of
 from symmotion.splines import BSplineBasis, Spline
 
 SAMPLES = "samples"
@@ -85,6 +86,8 @@ class FitDesign:
     points: np.ndarray
     huber: float | None
     exact: np.ndarray
+
+    __getstate__ = made_of
 
     @property
     def basis(self) -> BSplineBasis:

@@ -16,6 +16,7 @@ from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
 from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.program import Block, Constraint, Kernel, Program
+from symmotion.program.state import made_of
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
 
 RIGIDITY = Rigidity()
@@ -79,6 +80,8 @@ class FreeTimesDesign:
     degree: int
     refine: int
     least_step: float
+
+    __getstate__ = made_of
 
     @cached_property
     def _energies(self) -> list[tuple[float, Energy]]:

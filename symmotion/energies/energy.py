@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from symmotion.energies.jet import Jet
+from symmotion.energies.written import Written
 from symmotion.errors import InputError
 
 
@@ -104,6 +105,10 @@ class JetEnergy(Energy):
     squares: bool = False
     label: str = "custom"
     gauss_nodes: int | None = None
+
+    def __reduce__(self):
+        # A lambda does not pickle, the expression that it makes does.
+        return JetEnergy, (Written.of(self.function), self.squares, self.label, self.gauss_nodes)
 
     @property
     def name(self) -> str:

@@ -3,13 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Generic
+from typing import TYPE_CHECKING, Generic, Literal
 
 import numpy as np
 
 from symmotion.errors import SolveError
 from symmotion.fairing.coordinates import AnyMotion
 from symmotion.program import Certificate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class FairingStatus(StrEnum):
@@ -83,6 +86,17 @@ class FairingResult(Generic[AnyMotion]):
                 f"({self.status} after {self.steps} steps)"
             )
         return self
+
+    def plot(self, axes: "Axes | None" = None, *, kind: Literal["history", "knots"] = "history") -> "Axes":
+        """G over the steps, or what is left of it at the knots; as `plot_fairing`. Returns the axes."""
+        from symmotion.report.plots import plot_fairing  # here: matplotlib is for who draws
+
+        return plot_fairing(self, axes, kind=kind)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import fairing_html
+
+        return fairing_html(self)
 
     def __repr__(self) -> str:
         return (

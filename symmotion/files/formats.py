@@ -9,6 +9,10 @@ from symmotion.errors import InputError
 FilePath = str | os.PathLike[str]
 
 FORMATS = ("tum", "kitti", "csv", "json")
+# What other tools animate: keyframes are read from the first group, motions written as the second and the third.
+ANIMATIONS = ("bvh", "glb", "gltf")
+SCENES = ("glb", "usda")
+FILMS = ("gif", "mp4")
 
 TIMES = (("t",), ("time",), ("timestamp",))
 TRANSLATIONS = (("x", "y", "z"), ("tx", "ty", "tz"), ("v1", "v2", "v3"))

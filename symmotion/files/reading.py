@@ -1,23 +1,22 @@
 """Keyframes and motions out of files."""
 
-import os
-import stat
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import Any, NamedTuple, TextIO
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TextIO
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.files import formats
+from symmotion.files.bvh import read_bvh
 from symmotion.files.documents import read_list, read_object, require_entries
 from symmotion.files.formats import FilePath
+from symmotion.files.gltf_keyframes import read_gltf_keyframes
+from symmotion.files.opening import readable
 from symmotion.files.tables import Columns, Rows, choose_columns, csv_rows, plain_rows, read_numbers
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.splines import BSplineBasis
 
-LARGEST = 512 * 2**20
 NORM_TOLERANCE = 1e-3
 
 
@@ -31,7 +30,11 @@ class _Positions(NamedTuple):
 
 
 def read_keyframes(
-    path: FilePath, format: str | None = None, times: ArrayLike | None = None, delimiter: str | None = None
+    path: FilePath,
+    format: str | None = None,
+    times: ArrayLike | None = None,
+    delimiter: str | None = None,
+    node: str | int | None = None,
 ) -> Keyframes:
     """Keyframes from a file of at most 512 MB, in the format that its ending names unless one is given.
 
@@ -43,6 +46,11 @@ def read_keyframes(
         linear part `qx qy qz qw`, `theta` (2D, rad), `a11 a12 a21 a22` or `a11 a12 … a33`;
         columns of other names are ignored.
     json: an object with `linear` (M, d, d) and optionally `times` (M,) and `translation` (M, d).
+    bvh: a joint of a skeleton, rigid in the world, frame by frame; see `read_bvh`.
+    glb, gltf: an animated node in the scene; see `read_gltf_keyframes`.
+
+    node: the joint's or the node's name or index; when left out the root, or the node that
+    moves and that all others which move hang from.
 
     Quaternions are scalar-last in files, with norm 1 within 1e-3. times: (M,), in place of the
     file's; 0, 1, 2, … where neither are given. delimiter: the character between columns; when
@@ -50,7 +58,11 @@ def read_keyframes(
 
     Raises InputError that names the file and the line, or JSON entry, at fault.
     """
-    chosen = formats.format_of(path, format, (*formats.FORMATS, "txt"))
+    chosen = formats.format_of(path, format, (*formats.FORMATS, "txt", *formats.ANIMATIONS))
+    if chosen in formats.ANIMATIONS:
+        return _read_animation(path, chosen, times, node)
+    if node is not None:
+        raise InputError(f"{path}: has no nodes, but one sequence of keyframes: leave node {node!r} out")
     if delimiter is not None and len(delimiter) != 1:
         raise InputError(f"delimiter {delimiter!r}: one character is needed")
     with readable(path) as handle:
@@ -92,25 +104,16 @@ def read_motion(path: FilePath) -> AffineMotion:
         raise InputError(f"{path}: {error}") from None
 
 
-@contextmanager
-def readable(path: FilePath, binary: bool = False) -> Iterator[Any]:
-    """A handle for reading UTF-8 text, or bytes; what is wrong with the file as such becomes an InputError."""
+def _read_animation(path: FilePath, format: str, times: ArrayLike | None, node: str | int | None) -> Keyframes:
     try:
-        status = os.stat(path)
-        if not stat.S_ISREG(status.st_mode):
-            raise InputError(f"{path}: is a directory or a device; name a file")
-        if status.st_size == 0:
-            raise InputError(f"{path}: is empty")
-        if status.st_size > LARGEST:
-            raise InputError(
-                f"{path}: has {status.st_size / 2**20:.0f} MB; split it into files of at most {LARGEST >> 20} MB"
-            )
-        with open(path, "rb") if binary else open(path, encoding="utf-8-sig") as handle:
-            yield handle
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}; check its name and permissions") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not UTF-8 text ({error.reason}); save it as UTF-8") from error
+        if format == "bvh":
+            keyframes = read_bvh(path).keyframes(0 if node is None else node)
+        else:
+            keyframes = read_gltf_keyframes(path, node)
+        return keyframes if times is None else Keyframes(np.asarray(times), keyframes.linear, keyframes.translation)
+    except InputError as error:
+        # A reader names the file itself, what has been read does not.
+        raise error if str(error).startswith(str(path)) else InputError(f"{path}: {error}") from None
 
 
 def _read_json(path: FilePath, handle: TextIO) -> _Positions:

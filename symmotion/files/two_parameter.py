@@ -9,7 +9,7 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.files.documents import read_list, read_object, require_entries
 from symmotion.files.formats import FilePath, format_of
-from symmotion.files.reading import readable
+from symmotion.files.opening import readable
 from symmotion.files.whole import whole_file
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.two_parameter import Knots, TwoParameterMotion, as_basis

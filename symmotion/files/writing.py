@@ -11,10 +11,15 @@ from numpy.typing import ArrayLike
 from symmotion.errors import InputError
 from symmotion.files import formats
 from symmotion.files.formats import FilePath
+from symmotion.files.gltf_writing import write_gltf
+from symmotion.files.usd import write_usd
 from symmotion.files.whole import whole_file
+from symmotion.files.written import WrittenMotion
 from symmotion.motions import AffineMotion, Keyframes, as_rotations, rigid
+from symmotion.motions.motion import Motion
 from symmotion.splines import check_times
 
+MOTION_FORMATS = ("json", "csv", "tum", *formats.SCENES)
 DEFAULT_SAMPLES = 200
 MOST_SAMPLES = 10**7
 RIGID_TOLERANCE = 1e-6
@@ -52,13 +57,16 @@ def write_keyframes(keyframes: Keyframes, path: FilePath, format: str | None = N
 
 
 def write_motion(
-    motion: AffineMotion,
+    motion: Motion,
     path: FilePath,
     times: ArrayLike | None = None,
     rate: float | None = None,
     orthonormalise: bool = False,
-) -> None:
-    """Write a motion exactly (.json, for `read_motion`) or sampled (.csv, .tum, for `read_keyframes`).
+) -> WrittenMotion | None:
+    """Write a motion exactly (.json, for `read_motion`) or sampled (.csv, .tum, for `read_keyframes`), or as a scene.
+
+    json takes an `AffineMotion`. A scene, .glb or .usda, has a letter F in motion: `write_gltf`
+    and `write_usd`, which take other bodies too, say how; what they say of the file's error is returned.
 
     times: (N,) increasing, N ≥ 2, of the samples; or rate: samples per unit of time from the
     start of the domain on; 200 samples from end to end when both are left out.
@@ -67,20 +75,26 @@ def write_motion(
     Raises InputError that names the time of a sample that is singular or reflected or, unless
     `orthonormalise`, further than 1e-6 from rigid (.tum), and for a path that cannot be written.
     """
-    chosen = formats.format_of(path, None, ("json", "csv", "tum"))
-    if chosen == "json" and not (times is None and rate is None):
-        raise InputError(f"{path}: json holds the exact motion: times and rate go with csv and tum")
+    chosen = formats.format_of(path, None, MOTION_FORMATS)
+    if chosen not in ("csv", "tum") and not (times is None and rate is None):
+        kind = "the exact motion" if chosen == "json" else "keys of its own choice"
+        raise InputError(f"{path}: {chosen} holds {kind}: times and rate go with csv and tum")
     if chosen != "tum" and orthonormalise:
         raise InputError(f"{path}: {chosen} holds the motion as it is: orthonormalise goes with tum")
+    if chosen in formats.SCENES:
+        return write_gltf(motion, path) if chosen == "glb" else write_usd(motion, path)
     if chosen == "json":
+        if not isinstance(motion, AffineMotion):
+            raise InputError(f"{path}: json holds an AffineMotion: {type(motion).__name__} does not go into it")
         _write_motion_json(motion, path)
-        return
+        return None
     sample_times = _sample_times(motion, times, rate)
     if chosen == "tum":
         samples = _closest_rotations(path, motion, sample_times, np.inf if orthonormalise else RIGID_TOLERANCE)
     else:
         samples = Keyframes(sample_times, *motion(sample_times))
     write_keyframes(samples, path)
+    return None
 
 
 def _write_motion_json(motion: AffineMotion, path: FilePath) -> None:
@@ -97,7 +111,7 @@ def _write_motion_json(motion: AffineMotion, path: FilePath) -> None:
     _write_json(path, formats.MOTION | entries)
 
 
-def _sample_times(motion: AffineMotion, times: ArrayLike | None, rate: float | None) -> np.ndarray:
+def _sample_times(motion: Motion, times: ArrayLike | None, rate: float | None) -> np.ndarray:
     a, b = motion.domain
     if times is not None and rate is not None:
         raise InputError("times and rate are two ways to say the same: give one")
@@ -112,7 +126,7 @@ def _sample_times(motion: AffineMotion, times: ArrayLike | None, rate: float | N
     return np.minimum(a + np.arange(int(steps * (1 + 1e-12)) + 1) / rate, b)
 
 
-def _closest_rotations(path: FilePath, motion: AffineMotion, times: np.ndarray, tolerance: float) -> Keyframes:
+def _closest_rotations(path: FilePath, motion: Motion, times: np.ndarray, tolerance: float) -> Keyframes:
     """The rigid samples of a motion; InputError where one is no rotation or further from one than the tolerance."""
     try:
         samples = rigid.orthonormalise(motion, times)

@@ -8,9 +8,10 @@ exponential. At a keyframe derivatives are those of the segment that begins ther
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import factorial
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import linalg as la
 
 from symmotion.errors import InputError
@@ -18,6 +19,11 @@ from symmotion.motions.affine import Affine, AffineMotion
 from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.rigid import polar_factors
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from symmotion.report.outlines import Body
 
 TURN_2D = np.array([[0.0, -1.0], [1.0, 0.0]])
 # (3, 3, 3): the skew matrix of a vector w is TURN_3D @ w.
@@ -74,6 +80,26 @@ class Interpolant:
         """The nu-th derivative of the paths of body points (P, d) at times t: shape t.shape + (P, d)."""
         linear, translation = self(t, nu)
         return translation[..., None, :] + np.atleast_2d(points) @ np.swapaxes(linear, -1, -2)
+
+    def plot(
+        self,
+        axes: "Axes | None" = None,
+        *,
+        body: "Body | None" = None,
+        times: int | ArrayLike = 9,
+        keyframes: Keyframes | None = None,
+        colour: str | None = None,
+        label: str | None = None,
+    ) -> "Axes":
+        """A body at several times and the path of its origin; arguments as for `plot_body`. Returns the axes."""
+        from symmotion.report.body_plots import plot_body  # here: matplotlib is for who draws
+
+        return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import motion_html
+
+        return motion_html(self)
 
 
 def component_cubic(keyframes: Keyframes, ends: str = "natural") -> AffineMotion:

@@ -9,7 +9,10 @@ from symmotion.errors import InputError
 from symmotion.splines import check_times
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from scipy.spatial.transform import Rotation
+
+    from symmotion.report.outlines import Body
 
 PARAMETRISATIONS = ("uniform", "chordal", "centripetal")
 
@@ -116,6 +119,24 @@ class Keyframes:
     def rotations(self, tolerance: float = 1e-6) -> "Rotation":
         """The linear parts as a SciPy `Rotation`, in 3D; InputError unless they are orthogonal to `tolerance`."""
         return as_rotations(self.linear, tolerance)
+
+    def plot(
+        self,
+        axes: "Axes | None" = None,
+        *,
+        body: "Body | None" = None,
+        colour: str | None = None,
+        label: str | None = None,
+    ) -> "Axes":
+        """A body at the keyframes; arguments as for `plot_keyframes`. Returns the axes."""
+        from symmotion.report.body_plots import plot_keyframes  # here: matplotlib is for who draws
+
+        return plot_keyframes(self, axes, body=body, colour=colour, label=label)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import motion_html
+
+        return motion_html(self)
 
 
 def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> "Rotation":

@@ -24,6 +24,7 @@ from symmotion.motions.quaternion_jet import evaluate
 from symmotion.splines import BSplineBasis
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from scipy.spatial.transform import Rotation
 
 Frame = Literal["body", "world"]
@@ -228,6 +229,17 @@ class QuaternionMotion:
         for k in range(max(0, i - 1), min(self.basis.n - 1, i + 1)):
             increments[k] = increments_between(aligned(q[k : k + 2], what="control quaternion"))[0]
         return replace(self, control_points=q, increments=increments)
+
+    def plot(self, axes: "Axes | None" = None, *, kind: Literal["rate", "sphere"] = "rate") -> "Axes":
+        """The body rate over time, or the moving unit vectors on the sphere; returns the axes."""
+        from symmotion.report.motion_plots import plot_orientation  # here: matplotlib is for who draws
+
+        return plot_orientation(self, axes, kind=kind)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import motion_html
+
+        return motion_html(self)
 
 
 def from_rotations(rotation: "Rotation") -> np.ndarray:

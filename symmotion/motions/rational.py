@@ -17,7 +17,11 @@ from symmotion.motions.quaternion_algebra import conjugate, product
 from symmotion.splines import BSplineBasis, Spline
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from symmotion.motions.keyframes import Keyframes
     from symmotion.motions.two_parameter import TwoParameterMotion
+    from symmotion.report.outlines import Body
 
 Order = tuple[int, ...]
 Pair = tuple[np.ndarray, np.ndarray]
@@ -154,6 +158,26 @@ class RationalMotion:
         """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
         return carried(self(t, nu), points)
 
+    def plot(
+        self,
+        axes: "Axes | None" = None,
+        *,
+        body: "Body | None" = None,
+        times: int | ArrayLike = 9,
+        keyframes: "Keyframes | None" = None,
+        colour: str | None = None,
+        label: str | None = None,
+    ) -> "Axes":
+        """A body at several times and the path of its origin; arguments as for `plot_body`. Returns the axes."""
+        from symmotion.report.body_plots import plot_body  # here: matplotlib is for who draws
+
+        return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import motion_html
+
+        return motion_html(self)
+
 
 def _snapped(x: np.ndarray, low: float, high: float) -> np.ndarray:
     """Parameters that rounding has put outside their interval, on its end; others as they are."""
@@ -199,3 +223,23 @@ class CurveMotion:
     def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
         """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
         return carried(self(t, nu), points)
+
+    def plot(
+        self,
+        axes: "Axes | None" = None,
+        *,
+        body: "Body | None" = None,
+        times: int | ArrayLike = 9,
+        keyframes: "Keyframes | None" = None,
+        colour: str | None = None,
+        label: str | None = None,
+    ) -> "Axes":
+        """A body at several times and the path of its origin; arguments as for `plot_body`. Returns the axes."""
+        from symmotion.report.body_plots import plot_body  # here: matplotlib is for who draws
+
+        return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import motion_html
+
+        return motion_html(self)

@@ -1,12 +1,16 @@
 """Rigid output: the rotations closest to an affine motion (HJK 2.3, application 3)."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.motion import Motion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Smallest over largest singular value: below it the polar factor is rounding.
 SINGULAR = 1e-12
@@ -44,6 +48,17 @@ class RigidSamples:
     def keyframes(self) -> Keyframes:
         """The samples as keyframes; at least two increasing times are needed."""
         return Keyframes(self.times, self.rotations, self.translation)
+
+    def plot(self, axes: "Axes | None" = None) -> "Axes":
+        """The deviations over time; returns the axes."""
+        from symmotion.report.motion_plots import plot_deviations  # here: matplotlib is for who draws
+
+        return plot_deviations(self, axes)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import motion_html
+
+        return motion_html(self)
 
 
 def orthonormalise(motion: Motion, t) -> RigidSamples:

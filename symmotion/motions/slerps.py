@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from symmotion.errors import InputError
 from symmotion.motions.quaternion import Frame, QuaternionJet, _require_frame
 from symmotion.motions.quaternion_algebra import Signs, aligned, as_quaternions, conjugate, exp, log, product, rotate
 from symmotion.splines import check_times
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Chebyshev nodes per segment: the curves are analytic there, and 40 resolve turns of 120° to rounding.
 NODES = 40
@@ -79,6 +83,17 @@ class SegmentCurve:
         if _require_frame(frame) == "world":
             rates = [rotate(q, r) for r in rates]
         return QuaternionJet(q, *rates)
+
+    def plot(self, axes: "Axes | None" = None, *, kind: Literal["rate", "sphere"] = "rate") -> "Axes":
+        """The body rate over time, or the moving unit vectors on the sphere; returns the axes."""
+        from symmotion.report.motion_plots import plot_orientation  # here: matplotlib is for who draws
+
+        return plot_orientation(self, axes, kind=kind)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import motion_html
+
+        return motion_html(self)
 
 
 def slerp_curve(times, quaternions) -> SegmentCurve:

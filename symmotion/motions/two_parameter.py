@@ -15,6 +15,7 @@ from symmotion.motions.rational import CurveMotion, Pair, RationalMotion, carrie
 from symmotion.splines import BSplineBasis, Spline
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from scipy.interpolate import NdBSpline
 
 Knots = Literal["uniform", "clamped"] | BSplineBasis
@@ -202,6 +203,17 @@ class TwoParameterMotion:
     def along(self, curve: Spline) -> CurveMotion:
         """The one-parameter motion along a curve (u(t), v(t)) in the domain, a spline of points (2,)."""
         return CurveMotion(self, curve)
+
+    def plot(self, axes: "Axes | None" = None, *, point: ArrayLike | None = None) -> "Axes":
+        """The trajectory surface of a body point by its parameter lines; as `plot_net`. Returns the axes."""
+        from symmotion.report.motion_plots import plot_net  # here: matplotlib is for who draws
+
+        return plot_net(self, axes, point=point)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import motion_html
+
+        return motion_html(self)
 
 
 def as_basis(knots: Knots, n: int, degree: int, name: str) -> BSplineBasis:

@@ -10,10 +10,12 @@ from symmotion.energies import Energy
 from symmotion.motions import Keyframes
 from symmotion.report.drawing import draw_inner_products
 from symmotion.report.figures import convergence_figure, new_figure, to_figure
-from symmotion.report.values import Column, Figure, Run, StudyResult, Table
+from symmotion.report.players import fitting_body, player
+from symmotion.report.values import Column, Figure, Player, Run, StudyResult, Table
 from symmotion.solvers import Comparison, Solution, compare
 
 MOST_PRICES = 20  # rows of the table of multipliers
+PLAYED = 16  # keyframes from the first on that a player shows
 
 
 def comparison_result(
@@ -26,7 +28,7 @@ def comparison_result(
     }
     runs = tuple(Run.of(name, s) for name, c in comparisons.items() for s in c.solutions)
     figures: list[Figure] = [convergence_figure(runs, "convergence", "Stationarity by iteration.")]
-    tables = [_agreement(comparisons)]
+    tables, players = [_agreement(comparisons)], list[Player]()
     sentences = []
     for k, (name, comparison) in enumerate(comparisons.items()):
         best = comparison.best
@@ -39,7 +41,8 @@ def comparison_result(
         )
         figures.append(_inner_products(keyframes, name, f"inner-products-{k + 1}", best))
         tables.append(_prices(keyframes, name, best))
-    return StudyResult(tuple(tables), tuple(figures), runs, "\n\n".join(sentences))
+        players.append(_before_and_after(keyframes, name, f"motion-{k + 1}", best))
+    return StudyResult(tuple(tables), tuple(figures), runs, "\n\n".join(sentences), players=tuple(players))
 
 
 def _agreement(comparisons: dict[str, Comparison]) -> Table:
@@ -68,6 +71,20 @@ def _prices(keyframes: Keyframes, name: str, best: Solution) -> Table:
         tuple((int(i), float(keyframes.times[i]), float(sizes[i]), float(np.abs(flat[i]).max())) for i in order),
         "How fast the optimum changes with a keyframe: ∂f*/∂A*ᵢ = −λᵢ. The most expensive first"
         + (f", {MOST_PRICES} of {len(keyframes)}." if len(keyframes) > MOST_PRICES else "."),
+    )
+
+
+def _before_and_after(keyframes: Keyframes, name: str, slug: str, best: Solution) -> Player:
+    start = best.program.design.motion(best.program.start)
+    shown = keyframes[:PLAYED]
+    which = "keyframes" if len(shown) == len(keyframes) else f"first {PLAYED} of {len(keyframes)} keyframes"
+    return player(
+        slug,
+        {"interpolating spline": start, "optimum": best.motion},
+        fitting_body(shown),
+        f"A body under the interpolating spline and at the optimum, {name}. Grey: the {which}.",
+        shown,
+        span=(float(shown.times[0]), float(shown.times[-1])),
     )
 
 

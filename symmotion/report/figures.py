@@ -85,7 +85,7 @@ def convergence_figure(runs: Sequence[Run], name: str, caption: str, alt: str = 
         for axes in panels.flat[len(cases) :]:
             axes.remove()
         for axes, case in zip(panels.flat, cases, strict=False):
-            _draw_convergence(axes, [run for run in logged if run.case == case])
+            draw_convergence(axes, [run for run in logged if run.case == case])
             if len(cases) > 1:
                 # Cases are named by users: a dollar sign is no formula.
                 axes.set_title(textwrap.fill(case, 69 // columns), fontsize=9, parse_math=False)
@@ -96,7 +96,7 @@ def convergence_figure(runs: Sequence[Run], name: str, caption: str, alt: str = 
         return to_figure(figure, name, caption, alt)
 
 
-def _draw_convergence(axes: Axes, runs: Sequence[Run]) -> None:
+def draw_convergence(axes: Axes, runs: Sequence[Run]) -> None:
     axes.set_yscale("log")
     axes.minorticks_off()
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))

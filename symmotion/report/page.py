@@ -1,5 +1,7 @@
 """The report: a page to read, the same as JSON, and the figures as files."""
 
+import base64
+import hashlib
 import json
 import math
 import os
@@ -14,12 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, StrictUndefined
+from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup, escape
 
 from symmotion import __version__
 from symmotion.errors import InputError
 from symmotion.files import whole_file
-from symmotion.report.values import Cell, Figure, Run, StudyRecord, require_distinct
+from symmotion.report.values import Body, Cell, Figure, Player, Run, StudyRecord, require_distinct
 
 SCHEMA = 1
 
@@ -84,6 +87,7 @@ def _study(record: StudyRecord) -> dict[str, Any]:
         "figures": list(_figures([record])),
         "tables": [asdict(table) for table in result.tables] if result else [],
         "runs": [_run(run) for run in result.runs] if result else [],
+        "players": [_player(player) for player in result.players] if result else [],
     }
 
 
@@ -91,9 +95,13 @@ def _run(run: Run) -> dict[str, Any]:
     return {key: value for key, value in asdict(run).items() if key not in ("log", "message")}
 
 
+def _player(player: Player) -> dict[str, Any]:
+    return {"name": player.name, "tracks": [track.label for track in player.tracks], "domain": list(player.domain)}
+
+
 def _figures(records: Sequence[StudyRecord]) -> dict[str, Figure]:
     """The figures of all studies by their path in the report."""
-    return {f"figures/{r.name}-{f.name}.svg": f for r in records if r.result for f in r.result.figures}
+    return {f"figures/{r.name}-{f.name}.svg": f for r in records if r.result for f in r.result.pictures}
 
 
 def _finite(value: Any) -> Any:
@@ -126,8 +134,47 @@ def _processor() -> str | None:
 def _page(records: Sequence[StudyRecord], document: dict[str, Any], title: str, intro: str) -> str:
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     environment.filters |= {"shown": shown, "duration": duration, "inline": inline, "paragraphs": paragraphs}
-    template = resources.files("symmotion.report").joinpath("page.html.jinja").read_text(encoding="utf-8")
-    return environment.from_string(template).render(records=records, document=document, title=title, intro=intro)
+    bodies = list(dict.fromkeys(player.body for r in records if r.result for player in r.result.players))
+    environment.filters["moved"] = lambda player: _embedded(_moved(player, bodies))
+    script = _resource("player.js") if bodies else ""
+    return environment.from_string(_resource("page.html.jinja")).render(
+        records=records,
+        document=document,
+        title=title,
+        intro=intro,
+        bodies=_embedded([asdict(body) for body in bodies]),
+        script=Markup(script),
+        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+    )
+
+
+def _resource(name: str) -> str:
+    return resources.files("symmotion.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _moved(player: Player, bodies: Sequence[Body]) -> dict[str, Any]:
+    """What player.js reads: the player with the body's place among those of the page, which players share."""
+    data = {key: value for key, value in asdict(player).items() if key != "picture"}
+    return data | {
+        "body": bodies.index(player.body),
+        "alt": player.alt or player.caption,
+        "dimension": player.dimension,
+        "domain": player.domain,
+    }
+
+
+def _embedded(value: Any) -> Markup:
+    """JSON for a script element: no name in it ends the element."""
+    return htmlsafe_json_dumps(_short(value), dumps=json.dumps, separators=(",", ":"), allow_nan=False)
+
+
+def _short(value: Any) -> Any:
+    """Whole numbers without their “.0”: 8 % of the data of the studies' players."""
+    if isinstance(value, dict):
+        return {key: _short(v) for key, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_short(v) for v in value]
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def shown(value: Cell, digits: int = 5) -> str:

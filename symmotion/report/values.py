@@ -1,4 +1,4 @@
-"""What a study asks and returns, as plain data that pickles: tables, figures, runs and a conclusion."""
+"""What a study asks and returns, as plain data that pickles: tables, figures, players, runs and a conclusion."""
 
 import re
 from collections.abc import Callable, Iterable
@@ -61,12 +61,66 @@ class Figure:
     alt: str = ""
 
     def __post_init__(self):
-        if not re.fullmatch(r"[A-Za-z0-9_-]+", self.name):
-            raise InputError(
-                f"figure {self.name!r}: letters, digits, - and _ are needed in its name, which names a file"
-            )
+        require_name("figure", self.name)
         if not self.svg.startswith("<svg"):
             raise InputError(f"figure {self.name!r}: the text of an SVG element is needed")
+
+
+@dataclass(frozen=True)
+class Body:
+    """What a player moves: corners, d numbers each, and faces, each the numbers of its corners in order round it."""
+
+    corners: tuple[tuple[float, ...], ...]
+    faces: tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True)
+class Track:
+    """A motion as piecewise cubics: poses and their rates at times, Hermite's cubics between.
+
+    A pose is d² + d numbers: the linear part row by row, then the translation; colour: "#rrggbb".
+    """
+
+    label: str
+    colour: str
+    times: tuple[float, ...]
+    poses: tuple[tuple[float, ...], ...]
+    rates: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class Player:
+    """A body that moves on the page; `symmotion.report.players.player` makes one from motions.
+
+    tracks: motions to choose from, two are shown as before and after; keyframes: poses that stay in sight;
+    picture: what is shown without script and in print, one of the study's figures or one of its own;
+    unit: of the times; direction: from where a body in space is first seen; centre: the body point
+    whose path is drawn.
+    """
+
+    name: str
+    body: Body
+    tracks: tuple[Track, ...]
+    picture: Figure
+    caption: str
+    alt: str = ""
+    keyframes: tuple[tuple[float, ...], ...] = ()
+    unit: str = ""
+    direction: tuple[float, ...] = (1.0, -1.6, 1.3)
+    centre: tuple[float, ...] = ()
+
+    def __post_init__(self):
+        require_name("player", self.name)
+        require_distinct(f"motions of player {self.name!r}", (track.label for track in self.tracks))
+
+    @property
+    def dimension(self) -> int:
+        return len(self.body.corners[0])
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """From the first to the last time of all tracks."""
+        return min(track.times[0] for track in self.tracks), max(track.times[-1] for track in self.tracks)
 
 
 @dataclass(frozen=True)
@@ -134,9 +188,21 @@ class StudyResult:
     runs: tuple[Run, ...] = ()
     conclusion: str = ""
     notes: tuple[str, ...] = ()
+    players: tuple[Player, ...] = ()
 
     def __post_init__(self):
-        require_distinct("figures", (figure.name for figure in self.figures))
+        require_distinct("figures", (figure.name for figure in self.pictures))
+        require_distinct("players", (player.name for player in self.players))
+        require_distinct("players' pictures", (player.picture.name for player in self.players))
+
+    @property
+    def pictures(self) -> tuple[Figure, ...]:
+        """The figures, then the pictures of players that are not among them."""
+        return self.figures + tuple(p.picture for p in self.players if p.picture not in self.figures)
+
+    def player_of(self, picture: Figure) -> Player | None:
+        """The player that moves a picture, None where it stands still."""
+        return next((player for player in self.players if player.picture == picture), None)
 
     @property
     def certified(self) -> int:
@@ -191,6 +257,12 @@ class StudyRecord:
     @property
     def status(self) -> str:
         return "failed" if self.result is None else "ok"
+
+
+def require_name(what: str, name: str) -> None:
+    """Raise InputError where a name, which names a file too, has other characters than letters, digits, - and _."""
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+        raise InputError(f"{what} {name!r}: letters, digits, - and _ are needed in its name, which names a file")
 
 
 def require_distinct(what: str, names: Iterable[str]) -> None:

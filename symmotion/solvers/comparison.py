@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from symmotion.solvers.elimination import Elimination
 from symmotion.solvers.ipopt import Ipopt
 from symmotion.solvers.newton import ExactNewton
 from symmotion.solvers.result import Seconds, Solution, Status, conclude
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Short names of solvers, as reports and the command line use them.
 BY_NAME = {
@@ -49,6 +52,17 @@ class Comparison:
         if best is None or solution.status is Status.UNSUPPORTED:
             return None
         return _relative(solution.x, best.x), _relative(solution.multiplier_vector, best.multiplier_vector)
+
+    def plot(self, axes: "Axes | None" = None) -> "Axes":
+        """Stationarity over the iterations, solver by solver; returns the axes."""
+        from symmotion.report.plots import plot_comparison  # here: matplotlib is for who draws
+
+        return plot_comparison(self, axes)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import comparison_html
+
+        return comparison_html(self)
 
     def __str__(self) -> str:
         head = ("solver", "status", "objective", "stationarity", "violation", "inertia", "iterations")

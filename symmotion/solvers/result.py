@@ -4,12 +4,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from symmotion.errors import InputError, SolveError
 from symmotion.program import Certificate, Evaluator, Program, certify
+from symmotion.program.state import made_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class Status(StrEnum):
@@ -79,6 +83,8 @@ class Solution:
     seconds: Seconds
     message: str = ""
 
+    __getstate__ = made_of
+
     @cached_property
     def motion(self) -> Any:
         """The motion that the unknowns describe."""
@@ -142,6 +148,19 @@ class Solution:
         if c.inertia == "indefinite":
             raise SolveError(f"{self.solver}: a saddle point, the Hessian is indefinite along the conditions")
         return self
+
+    def plot(
+        self, axes: "Axes | None" = None, *, kind: Literal["motion", "convergence", "multipliers"] | None = None
+    ) -> "Axes":
+        """The motion with its keyframes, the convergence or the multipliers; as `plot_solution`. Returns the axes."""
+        from symmotion.report.plots import plot_solution  # here: matplotlib is for who draws
+
+        return plot_solution(self, axes, kind=kind)
+
+    def _repr_html_(self) -> str:
+        from symmotion.report.rich_display import solution_html
+
+        return solution_html(self)
 
     def __repr__(self) -> str:
         c = self.certificate

@@ -1,0 +1,149 @@
+"""Animation keys: cubic Hermite keys of splines and motions, and where sampled ones have to lie."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import factorial
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.motions import AffineMotion, PoseMotion
+from symmotion.motions.baselines import Interpolant
+from symmotion.motions.motion import Motion
+from symmotion.splines import Spline
+
+# Where between two keys a deviation is measured; its largest values lie near the middle.
+INSIDE = np.arange(1, 16) / 16
+MOST_KEYS = 100_000
+PART = 512  # intervals at a time, which bounds the memory
+# Sides of a knot that differ by more, relative to the spline's size, are a jump and no rounding.
+JUMP = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class HermiteKeys:
+    """The piecewise cubic with values and slopes at its keys.
+
+    times: (K,) increasing; values: (K, …); arriving, leaving: (K, …) slopes before and behind each key.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+    arriving: np.ndarray
+    leaving: np.ndarray
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        """The values (N, …) at times t (N,)."""
+        k = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
+        step = self.times[k + 1] - self.times[k]
+        tail = (-1, *(1,) * (self.values.ndim - 1))
+        u, h = ((t - self.times[k]) / step).reshape(tail), step.reshape(tail)
+        start = (2 * u**3 - 3 * u**2 + 1) * self.values[k] + h * (u**3 - 2 * u**2 + u) * self.leaving[k]
+        return start + (3 * u**2 - 2 * u**3) * self.values[k + 1] + h * (u**3 - u**2) * self.arriving[k + 1]
+
+    def column(self, j: int) -> "HermiteKeys":
+        """The keys of the values' entry j."""
+        return HermiteKeys(self.times, self.values[:, j], self.arriving[:, j], self.leaving[:, j])
+
+    def stored(self, times: np.ndarray) -> "HermiteKeys":
+        """The keys as a file of single precision holds them, at `times` (K,) on the file's clock.
+
+        Slopes are those that keep every piece as it is, over its rounded duration.
+        """
+        stretch = (np.diff(self.times) / np.diff(times)).reshape(-1, *(1,) * (self.values.ndim - 1))
+        arriving, leaving = self.arriving.copy(), self.leaving.copy()
+        arriving[1:] *= stretch
+        leaving[:-1] *= stretch
+        return HermiteKeys(times, *(single(array) for array in (self.values, arriving, leaving)))
+
+
+def single(array: np.ndarray) -> np.ndarray:
+    """An array rounded to single precision, as doubles."""
+    with np.errstate(over="ignore"):
+        rounded = np.asarray(array, dtype=np.float32).astype(float)
+    if not np.isfinite(rounded).all():
+        raise InputError("the motion has coordinates beyond the range of single precision: use smaller units")
+    return rounded
+
+
+def clock(times: np.ndarray, start: float, rate: float) -> np.ndarray:
+    """(K,) keys on a file's clock of single precision, from 0 at `start` on; InputError where keys fall together."""
+    ticks = single((times - start) * rate)
+    if (np.diff(ticks) <= 0).any():
+        i = int(np.argmax(np.diff(ticks) <= 0))
+        raise InputError(
+            f"the keys at times {times[i]:.9g} and {times[i + 1]:.9g} fall together in single precision, "
+            "which this format has"
+        )
+    return ticks
+
+
+def spline_keys(spline: Spline, times: np.ndarray) -> HermiteKeys:
+    """Values and one-sided slopes of a spline at times (K,) that include its breakpoints: exact up to degree 3.
+
+    Raises InputError that names the time of a jump.
+    """
+    b = spline.breakpoints
+    piece = np.clip(np.searchsorted(b, times[:-1], side="right") - 1, 0, len(b) - 2)
+    # Derivatives at the beginning of a piece are those of the piece; its end belongs to the next one.
+    series = [spline(b[:-1], nu)[piece] / factorial(nu) for nu in range(spline.degree + 1)]
+    tail = (-1, *(1,) * (series[0].ndim - 1))
+    ends = [_horner(series, (times[side] - b[piece]).reshape(tail)) for side in (slice(0, -1), slice(1, None))]
+    (left, leaving), (right, arriving) = ends
+    gaps = np.abs(right[:-1] - left[1:])
+    jumps = gaps.max(axis=tuple(range(1, gaps.ndim)), initial=0.0)
+    jumping = jumps > JUMP * np.abs(left).max(initial=0.0)
+    if jumping.any():
+        raise InputError(f"the motion jumps at time {times[1:-1][np.argmax(jumping)]:g}: keys hold continuous motions")
+    values = np.concatenate([left, right[-1:]])
+    return HermiteKeys(times, values, np.concatenate([leaving[:1], arriving]), np.concatenate([leaving, arriving[-1:]]))
+
+
+def _horner(series: list[np.ndarray], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Value and slope at x of the polynomials with these Taylor coefficients."""
+    value, slope = np.zeros_like(series[0]), np.zeros_like(series[0])
+    for coefficient in reversed(series):
+        slope = value + x * slope
+        value = coefficient + x * value
+    return value, slope
+
+
+def breakpoints(motion: Motion) -> np.ndarray:
+    """The times where a motion is made of other pieces, ends included; for kinds unknown here 17 equidistant ones."""
+    if isinstance(motion, AffineMotion):
+        return motion.basis.breakpoints
+    if isinstance(motion, PoseMotion):
+        both = np.concatenate([motion.orientation.basis.breakpoints, motion.translation.breakpoints])
+        a, b = motion.domain
+        inner = np.unique(both[(both > a) & (both < b)])
+        return np.concatenate([[a], inner, [b]])
+    if isinstance(motion, Interpolant):
+        return motion.keyframes.times
+    return np.linspace(*motion.domain, 17)
+
+
+def between(times: np.ndarray) -> np.ndarray:
+    """(15 (K − 1),) times between those given (K,), in order, where deviations are measured."""
+    return (times[:-1, None] + np.diff(times)[:, None] * INSIDE).ravel()
+
+
+def largest(times: np.ndarray, deviations: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """(K − 1,) the largest deviation in each interval; `deviations` as in `halved_until`, asked part by part."""
+    parts = [times[i : i + PART + 1] for i in range(0, len(times) - 1, PART)]
+    return np.concatenate([deviations(part).reshape(-1, len(INSIDE)).max(axis=1) for part in parts])
+
+
+def halved_until(times: np.ndarray, deviations: Callable[[np.ndarray], np.ndarray], tolerance: float) -> np.ndarray:
+    """Times with intervals halved until no deviation between them exceeds the tolerance.
+
+    deviations: from times (K,) to those at `between(times)`, (15 (K − 1),). Raises InputError
+    where that takes more than 100,000 keys.
+    """
+    while True:
+        worst = largest(times, deviations)
+        open_ = ~(worst <= tolerance)
+        if not open_.any():
+            return times
+        if len(times) + open_.sum() > MOST_KEYS:
+            raise InputError(f"more than {MOST_KEYS} keys would be needed: allow a larger tolerance than {tolerance:g}")
+        times = np.sort(np.concatenate([times, (times[:-1] + times[1:])[open_] / 2]))

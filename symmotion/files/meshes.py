@@ -1,0 +1,67 @@
+"""Triangle meshes into OBJ, PLY and STL files."""
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.files.formats import FilePath, format_of
+from symmotion.files.whole import whole_file
+from symmotion.sweeps.mesh import Mesh
+
+FORMATS = ("obj", "ply", "stl")
+
+PLY_HEADER = """ply
+format binary_little_endian 1.0
+comment symmotion
+element vertex {vertices}
+property double x
+property double y
+property double z
+element face {triangles}
+property list uchar int vertex_indices
+end_header
+"""
+FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+def write_mesh(mesh: Mesh, path: FilePath) -> None:
+    """Write a mesh as the ending of `path` says, triangles anticlockwise as seen from outside.
+
+    obj: text, numbers that come back exactly; ply: binary, little endian, double precision;
+    stl: binary, single precision, a normal per triangle and no shared vertices, as the format
+    has it. The file appears whole or not at all.
+
+    Raises InputError for another ending, for coordinates beyond single precision (stl), and for
+    a path that cannot be written.
+    """
+    chosen = format_of(path, None, FORMATS)
+    if chosen == "obj":
+        lines = [f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist()]
+        lines += [f"f {a} {b} {c}\n" for a, b, c in (mesh.triangles + 1).tolist()]
+        with whole_file(path) as handle:
+            handle.write("# symmotion\n")
+            handle.writelines(lines)
+        return
+    content = _ply(mesh) if chosen == "ply" else _stl(mesh, path)
+    with whole_file(path, binary=True) as handle:
+        handle.write(content)
+
+
+def _ply(mesh: Mesh) -> bytes:
+    header = PLY_HEADER.format(vertices=len(mesh.vertices), triangles=len(mesh.triangles))
+    faces = np.empty(len(mesh.triangles), dtype=FACE)
+    faces["count"], faces["corners"] = 3, mesh.triangles
+    return header.encode("ascii") + mesh.vertices.astype("<f8").tobytes() + faces.tobytes()
+
+
+def _stl(mesh: Mesh, path: FilePath) -> bytes:
+    far = (np.abs(mesh.vertices) > np.finfo(np.float32).max).any(axis=1)
+    if far.any():
+        raise InputError(
+            f"{path}: vertex {int(np.argmax(far))} is beyond the single precision of stl; write obj or ply"
+        )
+    size = np.linalg.norm(mesh.area_vectors, axis=1, keepdims=True)
+    facets = np.zeros(len(mesh.triangles), dtype=FACET)
+    facets["normal"] = mesh.area_vectors / np.where(size > 0, size, 1.0)
+    facets["corners"] = mesh.vertices[mesh.triangles]
+    return b"symmotion".ljust(80) + np.uint32(len(facets)).astype("<u4").tobytes() + facets.tobytes()

@@ -1,0 +1,164 @@
+"""Skeletons with recorded joint angles: where their joints go, and keyframes of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.motions import Keyframes, copy_deviations, keyframes_from_copies
+
+AXES = "XYZ"
+CHANNELS = tuple(f"{axis}{what}" for what in ("position", "rotation") for axis in AXES)
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint; parent: its index, −1 for a root; offset: (3,) from the parent at rest; channels: as `Xrotation`.
+
+    The ends of limbs are joints without channels.
+    """
+
+    name: str
+    parent: int
+    offset: np.ndarray
+    channels: tuple[str, ...]
+
+
+class AffineFit(NamedTuple):
+    """Affine keyframes of joints; deviations: (F,) the root mean square distance that each leaves."""
+
+    keyframes: Keyframes
+    deviations: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """J joints, parents before children, and F frames of their channels.
+
+    joints: (J,); motion: (F, C) the channels of all joints in order, angles in degrees;
+    frame_time: seconds from one frame to the next.
+
+    Raises InputError that names the joint whose parent does not come before it, for frames of
+    another length, and for numbers that are not finite.
+    """
+
+    joints: tuple[Joint, ...]
+    motion: np.ndarray
+    frame_time: float
+
+    def __post_init__(self):
+        motion = np.asarray(self.motion, dtype=float)
+        for i, joint in enumerate(self.joints):
+            if not -1 <= joint.parent < i:
+                raise InputError(f"joint {i}, {joint.name}: its parent {joint.parent} does not come before it")
+            if not set(joint.channels) <= set(CHANNELS) or np.shape(joint.offset) != (3,):
+                raise InputError(f"joint {i}, {joint.name}: an offset (3,) and channels like {CHANNELS[0]} are needed")
+        channels = sum(len(joint.channels) for joint in self.joints)
+        if motion.ndim != 2 or motion.shape[1] != channels or not len(motion) or not np.isfinite(motion).all():
+            raise InputError(f"frames of shape {motion.shape}: finite, shape (F, {channels}), F ≥ 1, are needed")
+        if not (np.isfinite(self.frame_time) and self.frame_time > 0):
+            raise InputError(f"a frame time of {self.frame_time!r}: a positive number of seconds is needed")
+        object.__setattr__(self, "motion", motion)
+
+    def __repr__(self) -> str:
+        return f"Skeleton({len(self.joints)} joints, {len(self.motion)} frames of {self.frame_time:g} s)"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """(J,) the joints' names."""
+        return tuple(joint.name for joint in self.joints)
+
+    @property
+    def times(self) -> np.ndarray:
+        """(F,) the frames' times in seconds, from 0 on."""
+        return self.frame_time * np.arange(len(self.motion))
+
+    def index(self, joint: str | int) -> int:
+        """The index of a joint by its name; InputError where there is no such, or more than one."""
+        if isinstance(joint, str):
+            found = [i for i, name in enumerate(self.names) if name == joint]
+            if len(found) != 1:
+                few = ", ".join(self.names[:12]) + (" …" if len(self.names) > 12 else "")
+                raise InputError(f"{len(found)} joints are called {joint!r}; there are {few}")
+            return found[0]
+        if not 0 <= joint < len(self.joints):
+            raise InputError(f"joint {joint} does not exist: there are {len(self.joints)}")
+        return joint
+
+    @property
+    def rest(self) -> np.ndarray:
+        """(J, 3) the joints at rest: all channels zero."""
+        places = np.zeros((len(self.joints), 3))
+        for i, joint in enumerate(self.joints):
+            places[i] = joint.offset + (places[joint.parent] if joint.parent >= 0 else 0.0)
+        return places
+
+    def keyframes(self, joint: str | int = 0) -> Keyframes:
+        """The rigid positions of a joint in the world, one per frame: its rotation and where it is."""
+        i = self.index(joint)
+        rotations, places = joint_positions(self, [i])
+        return Keyframes(self.times, rotations[:, 0], places[:, 0])
+
+    def affine_keyframes(self, joints: Sequence[str | int] | None = None) -> AffineFit:
+        """The affine maps that carry joints at rest closest to where they are, frame by frame.
+
+        Least Σ_j ‖v_i + A_i p_j − p_j(t_i)‖² over the joints, all when left out; p_j at rest. See
+        `keyframes_from_copies`. Raises InputError where the joints lie in a plane, at rest or in
+        a frame (which it names as a copy): they fix no affine map.
+        """
+        chosen = range(len(self.joints)) if joints is None else [self.index(j) for j in joints]
+        chosen = list(chosen)
+        shape, copies = self.rest[chosen], joint_positions(self, chosen)[1]
+        keyframes = keyframes_from_copies(shape, copies, times=self.times)
+        return AffineFit(keyframes, copy_deviations(keyframes, shape, copies))
+
+
+def joint_trajectories(skeleton: Skeleton) -> np.ndarray:
+    """(F, J, 3) where all joints are in all frames: p_j = p_parent + R_parent (offset_j + its translation channels)."""
+    return joint_positions(skeleton, range(len(skeleton.joints)))[1]
+
+
+def joint_positions(skeleton: Skeleton, joints: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """World rotations (F, n, 3, 3) and positions (F, n, 3) of some joints.
+
+    R_j = R_parent Π R(axis, angle) with a joint's rotation channels in their order, so that the
+    last is applied to the body first.
+    """
+    frames = len(skeleton.motion)
+    first = np.concatenate([[0], np.cumsum([len(j.channels) for j in skeleton.joints])])
+    needed = _with_ancestors(skeleton, joints)
+    rotations: dict[int, np.ndarray] = {-1: np.tile(np.eye(3), (frames, 1, 1))}
+    places: dict[int, np.ndarray] = {-1: np.zeros((frames, 3))}
+    for i in needed:
+        joint = skeleton.joints[i]
+        turn, move = _local(joint, skeleton.motion[:, first[i] : first[i + 1]])
+        places[i] = places[joint.parent] + np.einsum("fij,fj->fi", rotations[joint.parent], move)
+        rotations[i] = rotations[joint.parent] @ turn
+    return np.stack([rotations[i] for i in joints], axis=1), np.stack([places[i] for i in joints], axis=1)
+
+
+def _with_ancestors(skeleton: Skeleton, joints: Sequence[int]) -> list[int]:
+    """The joints and all above them, parents first."""
+    needed: set[int] = set()
+    for i in joints:
+        while i >= 0 and i not in needed:
+            needed.add(i)
+            i = skeleton.joints[i].parent
+    return sorted(needed)
+
+
+def _local(joint: Joint, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rotations (F, 3, 3) and translations (F, 3) of a joint in its parent's frame, of its channels (F, c)."""
+    from scipy.spatial.transform import Rotation  # here: see as_rotations
+
+    move = np.tile(joint.offset, (len(values), 1))
+    turn = Rotation.identity(len(values))
+    for name, value in zip(joint.channels, values.T, strict=True):
+        axis = AXES.index(name[0])
+        if name.endswith("position"):
+            move[:, axis] += value
+        else:
+            turn = turn * Rotation.from_rotvec(np.outer(value, np.eye(3)[axis]), degrees=True)
+    return turn.as_matrix(), move
