@@ -1,5 +1,7 @@
 """symmotion: smooth motions as symbolic constrained programs."""
 
+from typing import TYPE_CHECKING
+
 from symmotion.curves import (
     RationalQuadratic,
     Retimed,
@@ -52,12 +54,20 @@ from symmotion.energies import (
 from symmotion.errors import InputError, SolveError
 from symmotion.fairing import FairingResult, fair
 from symmotion.files import (
+    Skeleton,
+    WrittenMotion,
+    joint_trajectories,
+    read_bvh,
+    read_gltf_keyframes,
     read_keyframes,
     read_motion,
     read_two_parameter,
+    write_gltf,
     write_keyframes,
+    write_mesh,
     write_motion,
     write_two_parameter,
+    write_usd,
 )
 from symmotion.motions import (
     Affine,
@@ -86,8 +96,31 @@ from symmotion.motions import (
 from symmotion.program import Certificate, Program
 from symmotion.solvers import Comparison, Elimination, ExactNewton, Ipopt, Solution, Status, compare
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, least_squares
+from symmotion.sweeps import (
+    CharacteristicCurve,
+    Mesh,
+    MovingEllipsoid,
+    SweepSurface,
+    SweptVolume,
+    characteristic_curves,
+    sweep_surface,
+    swept_volume,
+)
+
+if TYPE_CHECKING:
+    from symmotion.report.animation import write_animation
 
 __version__ = "0.1.0"
+
+
+def __getattr__(name: str):
+    # Matplotlib takes long to import, and few programs make films.
+    if name == "write_animation":
+        from symmotion.report.animation import write_animation
+
+        return write_animation
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
 
 __all__ = [
     "Affine",
@@ -95,6 +128,7 @@ __all__ = [
     "AngularRate",
     "BSplineBasis",
     "Certificate",
+    "CharacteristicCurve",
     "Comparison",
     "CurveCondition",
     "DualQuaternions",
@@ -108,6 +142,8 @@ __all__ = [
     "JetEnergy",
     "Keyframes",
     "Limits",
+    "Mesh",
+    "MovingEllipsoid",
     "NoInversion",
     "OnLine",
     "Periodic",
@@ -118,6 +154,7 @@ __all__ = [
     "RationalQuadratic",
     "Retimed",
     "Rigidity",
+    "Skeleton",
     "Solution",
     "SolveError",
     "SpeedBound",
@@ -125,12 +162,15 @@ __all__ = [
     "Status",
     "StrainAcceleration",
     "StrainRate",
+    "SweepSurface",
+    "SweptVolume",
     "SymbolicSpline",
     "Tolerance",
     "TrajectoryEnergy",
     "TwoParameterMotion",
     "UnitVolume",
     "Velocity",
+    "WrittenMotion",
     "affine_program",
     "arc_length",
     "auto_knots",
@@ -138,6 +178,7 @@ __all__ = [
     "bernstein",
     "bezier",
     "catmull_rom",
+    "characteristic_curves",
     "compare",
     "component_cubic",
     "constant_speed",
@@ -151,6 +192,7 @@ __all__ = [
     "free_times_program",
     "hermite_spline",
     "interpolate_quaternions",
+    "joint_trajectories",
     "keyframe_prices",
     "keyframes_from_copies",
     "kochanek_bartels",
@@ -163,6 +205,8 @@ __all__ = [
     "polar_blend",
     "polynomial_segment",
     "pose_program",
+    "read_bvh",
+    "read_gltf_keyframes",
     "read_keyframes",
     "read_motion",
     "read_two_parameter",
@@ -174,8 +218,14 @@ __all__ = [
     "speed",
     "squad",
     "steady_morph",
+    "sweep_surface",
+    "swept_volume",
     "symbolic_basis",
+    "write_animation",
+    "write_gltf",
     "write_keyframes",
+    "write_mesh",
     "write_motion",
     "write_two_parameter",
+    "write_usd",
 ]

@@ -3,6 +3,7 @@
 from symmotion.files.bvh import read_bvh
 from symmotion.files.gltf_keyframes import read_gltf_keyframes
 from symmotion.files.gltf_writing import write_gltf
+from symmotion.files.meshes import write_mesh
 from symmotion.files.reading import read_keyframes, read_motion
 from symmotion.files.skeleton import Skeleton, joint_trajectories
 from symmotion.files.two_parameter import read_two_parameter, write_two_parameter
@@ -23,6 +24,7 @@ __all__ = [
     "whole_file",
     "write_gltf",
     "write_keyframes",
+    "write_mesh",
     "write_motion",
     "write_two_parameter",
     "write_usd",
