@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 import symmotion as sm
 from studies.several_keyframes import before_and_after
 from symmotion.report import Study, StudyOptions, StudyResult
-from symmotion.report.bodies import Mesh, grid_mesh
+from symmotion.report.bodies import ellipsoid_mesh
 from symmotion.report.drawing import draw_ellipsoid
 
 KEYFRAMES = sm.examples.spatial_keyframes()
@@ -15,16 +15,7 @@ SEMI_AXES = (1.1, 0.7, 0.5)
 
 def run(options: StudyOptions) -> StudyResult:
     body = "An ellipsoid, drawn by its principal ellipses,"
-    return before_and_after(KEYFRAMES, _draw, ellipsoid(SEMI_AXES), body, options)
-
-
-def ellipsoid(semi_axes: tuple[float, float, float]) -> Mesh:
-    """An ellipsoid about the origin, 12 faces round and 8 from pole to pole."""
-    round_, up = np.linspace(0, 2 * np.pi, 13)[:, None], np.linspace(-np.pi / 2, np.pi / 2, 9)
-    return grid_mesh(
-        np.stack([np.cos(round_) * np.cos(up), np.sin(round_) * np.cos(up), 0 * round_ + np.sin(up)], axis=-1)
-        * semi_axes
-    )
+    return before_and_after(KEYFRAMES, _draw, ellipsoid_mesh(SEMI_AXES), body, options)
 
 
 def _draw(axes: Axes, motion: sm.AffineMotion) -> None:

@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike
 import symmotion as sm
 from studies.several_keyframes import start_of
 from studies.swept_volumes import where_solvers_end
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.meshes import draw_curve, draw_mesh
+from symmotion.report.players import player
 from symmotion.report.spheres import view_from
 from symmotion.sweeps import SweepSurface, sweep_surface
 
@@ -91,7 +92,8 @@ def run(options: StudyOptions) -> StudyResult:
     nets: list[tuple[Any, ...]] = []
     areas: list[tuple[Any, ...]] = []
     surfaces: dict[str, dict[str, SweepSurface]] = {}
-    for name, (keyframes, profile, _) in SHAPES.items():
+    players: list[Player] = []
+    for name, (keyframes, profile, view) in SHAPES.items():
         options.progress(name)
         program = sm.affine_program(keyframes(), objective=OBJECTIVE, refine=3 if options.full else 1)
         comparison = sm.compare(program, [sm.ExactNewton(), sm.Ipopt()])
@@ -99,7 +101,13 @@ def run(options: StudyOptions) -> StudyResult:
         if comparison.best is None:
             raise sm.SolveError(f"no solver solved {name}")
         surfaces[name] = {}
-        for kind, motion in (("interpolating spline", start_of(program)), ("optimum", comparison.best.motion)):
+        carried = {"interpolating spline": start_of(program), "optimum": comparison.best.motion}
+        curve = profile(np.linspace(*profile.domain, 65))
+        if not np.allclose(curve[0], curve[-1]):
+            curve = np.concatenate([curve, curve[-2:0:-1]])  # there and back: without area, a line
+        caption = f"Before and after: the profile that sweeps the {name}. Grey: the keyframes."
+        players.append(player(name, carried, [curve], caption, keyframes(), direction=view[:, 2]))
+        for kind, motion in carried.items():
             surface = surfaces[name][kind] = sweep_surface(motion, profile)
             measures = (sm.measure(motion, e) for e in (OBJECTIVE, RIGIDITY, PATHS))
             area = surface.mesh(160, 160).area
@@ -152,9 +160,8 @@ def run(options: StudyOptions) -> StudyResult:
         f"{certified} of {len(runs)} runs are certified. {where_solvers_end(runs)}\n\n"
         f"The areas of the meshes converge with orders {min(orders):.3g} to {max(orders):.3g}."
     )
-    return StudyResult(
-        (motions, exact, refinement), (_band(surfaces["band"]), _shapes(surfaces)), tuple(runs), conclusion
-    )
+    figures = (_band(surfaces["band"]), _shapes(surfaces))
+    return StudyResult((motions, exact, refinement), figures, tuple(runs), conclusion, players=tuple(players))
 
 
 def _exactness(surface: SweepSurface, motion: sm.AffineMotion, profile: sm.Spline) -> tuple[Any, ...]:

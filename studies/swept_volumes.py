@@ -8,9 +8,11 @@ import numpy as np
 import symmotion as sm
 from studies.several_keyframes import start_of
 from studies.swept_motions import Circle, breathing, kneaded, letter_s, loop
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
+from symmotion.report.bodies import ellipsoid_mesh
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.meshes import draw_curve, draw_mesh
+from symmotion.report.players import player
 from symmotion.report.spheres import VIEW, view_from
 from symmotion.sweeps import Mesh, MovingEllipsoid, SweptVolume, characteristic_curves, swept_volume
 
@@ -34,14 +36,19 @@ def run(options: StudyOptions) -> StudyResult:
     rows: list[tuple[Any, ...]] = []
     overlaps: list[tuple[Any, ...]] = []
     swept: dict[str, SweptVolume] = {}
-    for name, (keyframes, axes, _) in SWEEPS.items():
+    players: list[Player] = []
+    for name, (keyframes, axes, view) in SWEEPS.items():
         options.progress(name)
         program = sm.affine_program(keyframes(), objective=OBJECTIVE)
         comparison = sm.compare(program, [sm.ExactNewton(), sm.Ipopt()])
         runs += [Run.of(name, s) for s in comparison.solutions]
         if comparison.best is None:
             raise sm.SolveError(f"no solver solved {name}")
-        for kind, motion in (("interpolating spline", start_of(program)), ("least R*", comparison.best.motion)):
+        motions = {"interpolating spline": start_of(program), "least R*": comparison.best.motion}
+        caption = f"Before and after: the ellipsoid that sweeps the {name}. Grey: the keyframes."
+        shape, slug = ellipsoid_mesh(axes), name.replace(" ", "-")
+        players.append(player(slug, motions, shape, caption, keyframes(), direction=view[:, 2]))
+        for kind, motion in motions.items():
             body = MovingEllipsoid(motion, axes)
             swept[name] = swept_volume(body, slices=slices, divisions=divisions, samples=samples)
             sizes = (
@@ -127,7 +134,7 @@ def run(options: StudyOptions) -> StudyResult:
         f"origin stays in place.\n\n{where_solvers_end(runs)}"
     )
     figures = (_picture(swept), _curves(shown))
-    return StudyResult((oracles, volumes, overlap, loops), figures, tuple(runs), conclusion)
+    return StudyResult((oracles, volumes, overlap, loops), figures, tuple(runs), conclusion, players=tuple(players))
 
 
 def _topology(mesh: Mesh) -> tuple[int, int, int]:

@@ -1,6 +1,7 @@
 """Bodies to draw along motions: quadrilateral meshes, of our own or from Bézier patches."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +29,13 @@ def grid_mesh(points: np.ndarray) -> Mesh:
     index = np.arange(u * v).reshape(u, v)
     corners = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
     return Mesh(points.reshape(-1, 3), np.stack(corners, axis=-1).reshape(-1, 4))
+
+
+def ellipsoid_mesh(semi_axes: Sequence[float]) -> Mesh:
+    """An ellipsoid about the origin, 12 faces round and 8 from pole to pole."""
+    round_, up = np.linspace(0, 2 * np.pi, 13)[:, None], np.linspace(-np.pi / 2, np.pi / 2, 9)
+    sphere = [np.cos(round_) * np.cos(up), np.sin(round_) * np.cos(up), 0 * round_ + np.sin(up)]
+    return grid_mesh(np.stack(sphere, axis=-1) * semi_axes)
 
 
 def joined(meshes: list[Mesh]) -> Mesh:

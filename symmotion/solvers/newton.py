@@ -43,9 +43,10 @@ class ExactNewton:
     system: "condensed" (banded, where the conditions decouple), "sparse" (LDLᵀ, any
         equalities), or "auto", by the program's structure.
     kernels: "compiled" by the machine's C compiler, at the cost of its 0.3 s once for each kind of
-        objective and machine; "interpreted" by CasADi; "auto": compiled where that was done before
-        or is repaid at once. threads: that a long program may use, all processors when left out.
-        Neither changes a bit of the result.
+        objective and machine; "interpreted" by CasADi; "auto": compiled where that was done before,
+        for long programs, and from the second of a series of solves on, each started from the one
+        before. threads: that a long program may use, all processors when left out. Neither changes
+        a bit of the result.
     """
 
     tolerance: float = 1e-8
@@ -61,7 +62,8 @@ class ExactNewton:
         x = start_vector(program, start)
         if not program.linear:
             return self._solve_curved(program, x, start, began)
-        evaluator = Evaluator(program, self.kernels, self.threads)
+        repeated = self.kernels == "auto" and isinstance(start, Solution)
+        evaluator = Evaluator(program, "compiled" if repeated else self.kernels, self.threads)
         evaluator.prepare("value", "gradient", "hessian", "line")
         system = self._system(program, evaluator, x)
         compiled = perf_counter()
@@ -84,7 +86,8 @@ class ExactNewton:
     def _solve_curved(self, program: Program, x: np.ndarray, start: Any, began: float) -> Solution:
         if self.system == "condensed":
             raise InputError('the conditions of this program are nonlinear: use system="sparse"')
-        evaluator = Evaluator(program, self.kernels, self.threads)
+        repeated = self.kernels == "auto" and isinstance(start, Solution)
+        evaluator = Evaluator(program, "compiled" if repeated else self.kernels, self.threads)
         evaluator.prepare("value", "gradient", "hessian")
         saddle = Saddle(program, evaluator.jacobian(x))
         compiled = perf_counter()

@@ -4,10 +4,8 @@ import os
 import pickle
 from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
-from multiprocessing import get_context, parent_process
 from threading import Thread
 from time import perf_counter
 from typing import Any
@@ -66,13 +64,17 @@ def _with_program(answered: Solution | Failed, program: Any) -> Solution | Faile
     return replace(answered, program=program) if isinstance(answered, Solution) else answered
 
 
-def own_processes(count: int) -> ProcessPoolExecutor:
+def own_processes(count: int) -> Executor:
     """An executor of spawned processes that has proved to work; InputError where they do not start."""
+    # Here, because they take 10 ms to import.
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
     # Spawned, because CasADi and BLAS threads do not survive a fork.
     pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_end_with_parent)
     try:
         pool.submit(os.getpid).result()
-    except BrokenProcessPool as error:
+    except BrokenExecutor as error:
         raise InputError(
             "the worker processes do not start: put what the script does under if __name__ == '__main__'"
         ) from error
@@ -81,6 +83,8 @@ def own_processes(count: int) -> ProcessPoolExecutor:
 
 def _end_with_parent() -> None:
     """End this process with the one that started it, which may be killed without a word."""
+
+    from multiprocessing import parent_process
 
     # The queue's other end is open in the workers too: without this they would wait for work for ever.
     def watch() -> None:
@@ -153,7 +157,7 @@ class Crew:
         jobs = self._tasks.pop(task)
         try:
             answers, seconds = task.result()
-        except BrokenProcessPool:
+        except BrokenExecutor:
             self._suspects.extend(jobs)
             self._replace()
         except Exception as error:
@@ -170,7 +174,7 @@ class Crew:
                 task = self._executor.submit(_answer_all, self._solver, jobs)
             else:
                 task = self._executor.submit(_answer_pickled, self._pickled(jobs))
-        except BrokenProcessPool:
+        except BrokenExecutor:
             self._replace()
             self._submit(jobs)
         except InputError as error:
@@ -195,7 +199,7 @@ class Crew:
     def _replace(self) -> None:
         """Go on with processes of our own; what the broken ones had is suspect."""
         for task, jobs in list(self._tasks.items()):
-            if isinstance(task.exception(), BrokenProcessPool):
+            if isinstance(task.exception(), BrokenExecutor):
                 self._suspects.extend(jobs)
                 del self._tasks[task]
         if self._own is not None:
@@ -206,7 +210,7 @@ class Crew:
         """The answer of a process that has nothing else to do: one of the suspects may kill it."""
         try:
             answers, _ = self._executor.submit(_answer_pickled, self._pickled([job])).result()
-        except BrokenProcessPool:
+        except BrokenExecutor:
             self._replace()
             return Failed(job.index, "BrokenProcessPool", "its worker process was killed, twice")
         except Exception as error:

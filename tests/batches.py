@@ -1,0 +1,78 @@
+"""Batches of small programs and solvers for the tests of many motions; importable by worker processes."""
+
+import os
+import signal
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import symmotion as sm
+
+TIMES = np.array([0.0, 0.3, 0.6, 1.0])
+
+
+def keyframes(seed: int) -> sm.Keyframes:
+    keys = sm.examples.random_keyframes(4, 40, seed=seed)
+    return sm.Keyframes(TIMES, keys.linear, keys.translation)
+
+
+def small_programs(count: int, first: int = 0):
+    """Programs of their own, with a term from a lambda in every third."""
+    for k in range(first, first + count):
+        gentle = sm.JetEnergy(lambda jet: jet.ddv, squares=True, label="bends")
+        objective = sm.Rigidity() + 0.1 * gentle if k % 3 == 0 else sm.Rigidity()
+        yield sm.affine_program(keyframes(k), objective=objective)
+
+
+def moved_programs(count: int):
+    """One program for other and other keyframes: what is derived is shared."""
+    base = sm.affine_program(keyframes(0))
+    for k in range(count):
+        yield base.with_keyframes(keyframes(k))
+
+
+def numbers(answers) -> list:
+    """What has to be the same bit for bit whoever solved."""
+    return [
+        (a.status, a.x.tobytes(), a.multiplier_vector.tobytes(), a.certificate, [i.stationarity for i in a.log])
+        for a in answers
+    ]
+
+
+@dataclass(frozen=True)
+class Stubborn:
+    """ExactNewton, except that it raises for programs whose last time is `refused`, and dies for `deadly`."""
+
+    refused: float = -1.0
+    deadly: float = -1.0
+
+    def solve(self, program: sm.Program, start=None) -> sm.Solution:
+        last = program.design.keyframes.times[-1]
+        if last == self.refused:
+            raise ValueError("not this one")
+        if last == self.deadly:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return sm.ExactNewton().solve(program, start)
+
+
+@dataclass(frozen=True)
+class Counting:
+    """ExactNewton that leaves a line in a file for every solve."""
+
+    path: str
+
+    def solve(self, program: sm.Program, start=None) -> sm.Solution:
+        with open(self.path, "a") as file:
+            file.write("solve\n")
+        return sm.ExactNewton().solve(program, start)
+
+
+def counts(path: Path) -> int:
+    return len(path.read_text().splitlines()) if path.exists() else 0
+
+
+def lasting(duration: float, seed: int = 0) -> sm.Program:
+    """A small program of its own total time."""
+    keys = keyframes(seed)
+    return sm.affine_program(sm.Keyframes(TIMES * duration, keys.linear, keys.translation))
