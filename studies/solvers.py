@@ -1,13 +1,9 @@
 """All solvers over a family of random keyframe problems: success, best value found, iterations, cost."""
 
-import subprocess
-import sys
 from dataclasses import replace
 from statistics import median
-from time import perf_counter
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 import symmotion as sm
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
@@ -23,16 +19,14 @@ ANGLES = (40, 90, 140)
 def run(options: StudyOptions) -> StudyResult:
     family = _family(options)
     speed = _speed(options)
-    options.progress("interactive edit, memory, import")
-    limits = _limits()
     example = [r for r in family if r.case == _case(OBJECTIVES[0], 90, 20, 0)]
     figures = (
         _cost_figure(speed),
         convergence_figure(example, "convergence", f"Stationarity by iteration, {example[0].case}."),
         _kkt_figure(),
     )
-    tables = (_success_table(family), _speed_table(speed), limits)
-    return StudyResult(tables, figures, (*family, *speed), _conclusion(family, speed, limits))
+    tables = (_success_table(family), _speed_table(speed))
+    return StudyResult(tables, figures, (*family, *speed), _conclusion(family, speed))
 
 
 def _case(objective: sm.Energy, angle: int, count: int, seed: int) -> str:
@@ -103,8 +97,8 @@ def _speed(options: StudyOptions) -> list[Run]:
     runs = []
     for count in (4, 20, 100, 1000):
         for solver, largest, repeats in (
-            (SOLVERS[0], 1000, 9),
-            (SOLVERS[1], 1000, 5),
+            (sm.ExactNewton(kernels="compiled"), 1000, 9),
+            (sm.Ipopt(kernels="compiled"), 1000, 5),
             (PLAIN, 1000 if options.full else 100, 1),
         ):
             if count > largest:
@@ -142,45 +136,10 @@ def _speed_table(speed: list[Run]) -> Table:
     )
     caption = (
         "Build and solve to 1e-8: R, cubic, in space, one knot per segment, neighbours turned by 40°. Medians of 9 and "
-        "5 runs, plain once. Ipopt has the batched kernel derivatives that ExactNewton uses, plain is one Opti "
-        "expression, expanded."
+        "5 runs, plain once. Ipopt has the batched and compiled kernel derivatives that ExactNewton uses, plain is one "
+        "Opti expression, expanded."
     )
     return Table("speed", columns, tuple(rows), caption)
-
-
-MEMORY = r"""
-import re, symmotion as sm
-sm.ExactNewton().solve(sm.affine_program(sm.examples.random_keyframes(1000, 40, 0))).require()
-# Not getrusage, which starts from the peak of the process that started this one.
-print(int(re.search(r"VmHWM:\s*(\d+)", open("/proc/self/status").read())[1]) / 1024)
-"""
-IMPORT = "from time import perf_counter as now; t = now(); import symmotion; print(now() - t)"
-
-
-def _limits() -> Table:
-    """What an interactive user feels."""
-    keys = sm.examples.random_keyframes(20, 40, 0)
-    program, solver = sm.affine_program(keys), sm.ExactNewton()
-    solution = solver.solve(program)
-    edits = []
-    for k in range(200):
-        turn = Rotation.from_rotvec(np.deg2rad(1.0 + k % 5) * np.eye(3)[k % 3]).as_matrix()
-        began = perf_counter()
-        moved = program.with_keyframes(keys.moved(10, linear=keys.linear[10] @ turn))
-        solver.solve(moved, start=solution).require()
-        edits.append(perf_counter() - began)
-    rows = (
-        ("one of 20 keyframes turned by 1° to 5°, solved again: median", 1e3 * median(edits), "ms"),
-        ("the same: slowest of 200", 1e3 * max(edits), "ms"),
-        ("1,000 keyframes: peak memory of the process", _fresh(MEMORY), "MB"),
-        ("import symmotion: median of 5", 1e3 * median(_fresh(IMPORT) for _ in range(5)), "ms"),
-    )
-    return Table("limits", (Column("what"), Column("measured"), Column("unit")), rows)
-
-
-def _fresh(code: str) -> float:
-    """What a piece of code prints in a process of its own."""
-    return float(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout)
 
 
 def _cost_figure(speed: list[Run]) -> Figure:
@@ -216,7 +175,7 @@ def _kkt_figure() -> Figure:
         )
 
 
-def _conclusion(family: list[Run], speed: list[Run], limits: Table) -> str:
+def _conclusion(family: list[Run], speed: list[Run]) -> str:
     def share(method: str) -> str:
         mine = [r for r in family if r.method == method]
         return f"{sum(r.certified for r in mine)} of {len(mine)}"
@@ -237,8 +196,7 @@ def _conclusion(family: list[Run], speed: list[Run], limits: Table) -> str:
         "point.\n\n"
         f"At 100 keyframes ExactNewton takes {1e3 * newton:.3g} ms, Ipopt with the same derivatives "
         f"{mapped / newton:.3g} times and the plain formulation {plain / newton:.3g} times as long; at 1,000 "
-        f"keyframes {large:.3g} s and {mapped_large / large:.3g} times. An edited keyframe of 20 is solved again in "
-        f"{limits.rows[0][1]:.3g} ms."
+        f"keyframes {large:.3g} s and {mapped_large / large:.3g} times."
     )
 
 

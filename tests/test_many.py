@@ -15,12 +15,15 @@ import batches
 import casadi as ca
 import numpy as np
 import pytest
+from scipy import sparse
 
 import symmotion as sm
 from symmotion.fairing.programs import local_step_program
 from symmotion.motions.nets import noisy_net, smooth_net
+from symmotion.program import Block, Constraint, Kernel
 from symmotion.report import StudyOptions
 from symmotion.solvers.fingerprint import fingerprint
+from symmotion.solvers.kin import Kin
 from symmotion.solvers.many import Tally, solve_each, solve_many
 from symmotion.solvers.results_file import ResultsFile
 from symmotion.solvers.workers import Failed
@@ -377,7 +380,9 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize(("executor", "sent"), [("None", "SIGKILL"), ("2", "SIGKILL"), ("None", "SIGINT"), ("2", "SIGINT")])
+@pytest.mark.parametrize(
+    ("executor", "sent"), [("None", "SIGKILL"), ("2", "SIGKILL"), ("None", "SIGINT"), ("2", "SIGINT")]
+)
 def test_a_batch_that_was_killed_goes_on(tmp_path, executor, sent):
     script, counter, path = tmp_path / "batch.py", tmp_path / "count", tmp_path / "f"
     script.write_text(KILLED.format(executor=executor, signal=sent))
@@ -406,3 +411,48 @@ def test_the_study_reports_every_way_with_the_same_numbers():
     sizes = {name: size for name, size in result.tables[2].rows}
     assert sizes["pickle, moved, 64 to a task"] < 4 < sizes["pickle, moved, 1 to a task"] < 30
     assert all(run.certified for run in result.runs) and "bit for bit" in result.conclusion
+
+
+def test_new_programs_of_one_structure_share_it():
+    first, second = batches.moved_programs(2)
+    fresh = sm.affine_program(batches.keyframes(1))
+    kin = Kin()
+    assert kin.adopt(first) is first
+    NEWTON.solve(first)
+    adopted = kin.adopt(fresh)
+    assert adopted.structure is first.structure and adopted.terms[0].local is first.terms[0].local
+    assert batches.numbers([NEWTON.solve(adopted)]) == batches.numbers([NEWTON.solve(fresh)])
+    assert kin.adopt(second) is second
+    # Other times, another objective, other conditions are other structures.
+    paths = sm.Rigidity() + 0.1 * sm.TrajectoryEnergy(np.eye(3))
+    for other in (
+        batches.lasting(2),
+        sm.affine_program(batches.keyframes(1), objective=2 * sm.Rigidity()),
+        sm.affine_program(batches.keyframes(1), objective=paths),
+        sm.affine_program(batches.keyframes(1), constraints=[sm.AngularRate(1, [0, 0, 1])]),
+    ):
+        assert kin.adopt(other) is other
+
+
+def test_a_jacobian_that_depends_on_the_data_is_not_shared():
+    def program(slope: float) -> sm.Program:
+        z, data = ca.SX.sym("z", 1), ca.SX.sym("data", 2)
+        one = sparse.csr_array(np.ones((1, 1)))
+        condition = Block(
+            "c",
+            Kernel(z, data, data[0] * z - data[1], 1),
+            "x",
+            slice(0, 1),
+            one,
+            1,
+            np.ones(1),
+            np.array([[slope, 1.0]]),
+        )
+        term = Block(
+            "t", Kernel(z, ca.SX.sym("n", 0), z, 1, True), "x", slice(0, 1), one, 1, np.ones(1), np.empty((1, 0))
+        )
+        return sm.Program({"x": np.zeros((1, 1))}, (term,), (Constraint.equality(condition),), None)
+
+    answers = solve_many([program(1.0), program(2.0), program(4.0)])
+    assert [a.x[0] for a in answers] == pytest.approx([1.0, 0.5, 0.25], rel=1e-12)
+    assert [a.violation for a in answers] == pytest.approx([0, 0, 0], abs=1e-12)

@@ -1,6 +1,6 @@
 """A short text that tells programs apart: the same for equal questions to equal solvers, in every process."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from hashlib import blake2b
 from typing import Any
 
@@ -13,8 +13,21 @@ from symmotion.solvers.sqp import multipliers_of
 
 def fingerprint(program: Program, solver: Any, start: Any = None) -> str:
     """32 hexadecimal digits of all that decides a solver's answer: kernels, tables, data, bounds, start, options."""
+    return _digest(_parts(program, solver, start))
+
+
+def structure_fingerprint(program: Program) -> str:
+    """32 hexadecimal digits of what `Program.structure` is derived from: kernels and tables, not the data."""
+    blocks = [*program.terms, *(c.block for c in program.constraints)]
+    parts = [part for block in blocks for part in _of_block(block)]
+    shapes = [f"{name} {value.shape}" for name, value in program.start.items()]
+    bounds = [str(c.is_equality) for c in program.constraints]
+    return _digest([str(len(program.terms)), *shapes, *bounds, *parts])
+
+
+def _digest(parts: Iterable[str | np.ndarray]) -> str:
     digest = blake2b(digest_size=16)
-    for part in _parts(program, solver, start):
+    for part in parts:
         if isinstance(part, str):
             digest.update(f"s{len(part)}:{part}".encode())
         else:
@@ -32,8 +45,10 @@ def _parts(program: Program, solver: Any, start: Any) -> Iterator[str | np.ndarr
         yield value
     for block in program.terms:
         yield from _of_block(block)
+        yield block.data
     for constraint in program.constraints:
         yield from _of_block(constraint.block)
+        yield constraint.block.data
         yield constraint.lower
         yield constraint.upper
     if start is not None:
@@ -47,4 +62,4 @@ def _of_block(block: Block) -> Iterator[str | np.ndarray]:
     yield f"{block.name}, {block.variable}, {block.channels}, {block.nodes}"
     yield f"{block.kernel.code}, {block.kernel.channels}, {block.kernel.squares}"
     operator = block.operator
-    yield from (np.array(operator.shape), operator.indptr, operator.indices, operator.data, block.weights, block.data)
+    yield from (np.array(operator.shape), operator.indptr, operator.indices, operator.data, block.weights)

@@ -11,6 +11,7 @@ from typing import Any
 from symmotion.errors import InputError
 from symmotion.program import Program
 from symmotion.solvers.fingerprint import fingerprint
+from symmotion.solvers.kin import Kin
 from symmotion.solvers.newton import ExactNewton
 from symmotion.solvers.result import Solution
 from symmotion.solvers.results_file import ResultsFile
@@ -48,7 +49,8 @@ def solve_many(
     """Solve programs one by one or by the workers of an executor: solutions in the programs' order.
 
     The same numbers, bit for bit, whatever the executor and the number of its workers, on machines
-    and BLAS settings that are alike.
+    and BLAS settings that are alike. Programs that differ in their data only share what is derived from their
+    structure, as those of `with_keyframes` do.
 
     programs: or pairs of a program and its start, as `solver.solve` takes it; may be a generator, which
         is read only as far as work is handed out.
@@ -113,9 +115,10 @@ def _solve(
         batch = _Batch(solver, file, progress)
         jobs = batch.jobs(programs)
         if executor is None:
+            kin = Kin()
             for job in jobs:
                 if job.index not in batch.answers:
-                    batch.take(job, answer(solver, job))
+                    batch.take(job, answer(solver, job, kin))
                 yield from batch.in_order()
             return
         crew = stack.enter_context(Crew(solver, executor, chunk, ahead))

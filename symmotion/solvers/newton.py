@@ -62,8 +62,7 @@ class ExactNewton:
         x = start_vector(program, start)
         if not program.linear:
             return self._solve_curved(program, x, start, began)
-        repeated = self.kernels == "auto" and isinstance(start, Solution)
-        evaluator = Evaluator(program, "compiled" if repeated else self.kernels, self.threads)
+        evaluator = self._evaluator(program, start)
         evaluator.prepare("value", "gradient", "hessian", "line")
         system = self._system(program, evaluator, x)
         compiled = perf_counter()
@@ -86,8 +85,7 @@ class ExactNewton:
     def _solve_curved(self, program: Program, x: np.ndarray, start: Any, began: float) -> Solution:
         if self.system == "condensed":
             raise InputError('the conditions of this program are nonlinear: use system="sparse"')
-        repeated = self.kernels == "auto" and isinstance(start, Solution)
-        evaluator = Evaluator(program, "compiled" if repeated else self.kernels, self.threads)
+        evaluator = self._evaluator(program, start)
         evaluator.prepare("value", "gradient", "hessian")
         saddle = Saddle(program, evaluator.jacobian(x))
         compiled = perf_counter()
@@ -101,6 +99,11 @@ class ExactNewton:
             program.build_seconds, compiled - began, perf_counter() - compiled, evaluator.seconds, run.linear
         )
         return conclude(program, self, "newton", run.x, run.multipliers, run.log, seconds, failure, evaluator)
+
+    def _evaluator(self, program: Program, start: Any) -> Evaluator:
+        # One of a series, such as the edits of a keyframe: the compiler is repaid.
+        repeated = self.kernels == "auto" and isinstance(start, Solution)
+        return Evaluator(program, "compiled" if repeated else self.kernels, self.threads)
 
     def _system(self, program: Program, evaluator: Evaluator, x: np.ndarray) -> Condensed | Saddle:
         if self.system == "auto":

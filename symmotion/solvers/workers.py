@@ -13,6 +13,7 @@ from typing import Any
 from symmotion.errors import InputError
 from symmotion.program import Program
 from symmotion.program.mapped import available_processors
+from symmotion.solvers.kin import Kin
 from symmotion.solvers.result import Solution
 
 TASK = 0.25  # seconds that a task should take: long against handing it out, short against the batch
@@ -41,18 +42,20 @@ class Job:
     start: Any = None
 
 
-def answer(solver: Any, job: Job) -> Solution | Failed:
+def answer(solver: Any, job: Job, kin: Kin) -> Solution | Failed:
     """The solution of a job, or what was raised instead."""
     try:
-        return solver.solve(job.program, job.start)
+        # A start that is a solution of the same program is told by the structure that they share.
+        program = kin.adopt(job.program) if job.start is None else job.program
+        return _with_program(solver.solve(program, job.start), job.program)
     except Exception as error:
         return Failed.of(job.index, error)
 
 
 def _answer_all(solver: Any, jobs: Sequence[Job]) -> tuple[list[Solution | Failed], float]:
     """The answers to several jobs, without their programs, and the seconds that took."""
-    began = perf_counter()
-    answers = [_with_program(answer(solver, job), None) for job in jobs]
+    began, kin = perf_counter(), Kin()
+    answers = [_with_program(answer(solver, job, kin), None) for job in jobs]
     return answers, perf_counter() - began
 
 
