@@ -2,19 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
+from symmotion.motions.pictures import as_html, plot_positions
 from symmotion.splines import BSplineBasis, Spline
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from symmotion.motions.keyframes import Keyframes
-    from symmotion.report.outlines import Body
 
 
 class Affine(NamedTuple):
@@ -105,22 +99,5 @@ class AffineMotion:
         """The same motion with the degree raised."""
         return AffineMotion.from_spline(self.spline.elevated(times), self.dimension)
 
-    def plot(
-        self,
-        axes: "Axes | None" = None,
-        *,
-        body: "Body | None" = None,
-        times: int | ArrayLike = 9,
-        keyframes: "Keyframes | None" = None,
-        colour: str | None = None,
-        label: str | None = None,
-    ) -> "Axes":
-        """A body at several times and the path of its origin; arguments as for `plot_body`. Returns the axes."""
-        from symmotion.report.body_plots import plot_body  # here: matplotlib is for who draws
-
-        return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label)
-
-    def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import motion_html
-
-        return motion_html(self)
+    plot = plot_positions
+    _repr_html_ = as_html

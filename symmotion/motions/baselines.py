@@ -8,22 +8,17 @@ exponential. At a keyframe derivatives are those of the segment that begins ther
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import factorial
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy import linalg as la
 
 from symmotion.errors import InputError
 from symmotion.motions.affine import Affine, AffineMotion
 from symmotion.motions.keyframes import Keyframes
+from symmotion.motions.pictures import as_html, plot_positions
 from symmotion.motions.rigid import polar_factors
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from symmotion.report.outlines import Body
 
 TURN_2D = np.array([[0.0, -1.0], [1.0, 0.0]])
 # (3, 3, 3): the skew matrix of a vector w is TURN_3D @ w.
@@ -81,25 +76,8 @@ class Interpolant:
         linear, translation = self(t, nu)
         return translation[..., None, :] + np.atleast_2d(points) @ np.swapaxes(linear, -1, -2)
 
-    def plot(
-        self,
-        axes: "Axes | None" = None,
-        *,
-        body: "Body | None" = None,
-        times: int | ArrayLike = 9,
-        keyframes: Keyframes | None = None,
-        colour: str | None = None,
-        label: str | None = None,
-    ) -> "Axes":
-        """A body at several times and the path of its origin; arguments as for `plot_body`. Returns the axes."""
-        from symmotion.report.body_plots import plot_body  # here: matplotlib is for who draws
-
-        return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label)
-
-    def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import motion_html
-
-        return motion_html(self)
+    plot = plot_positions
+    _repr_html_ = as_html
 
 
 def component_cubic(keyframes: Keyframes, ends: str = "natural") -> AffineMotion:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symmotion.errors import InputError
+from symmotion.motions.pictures import as_html
 from symmotion.splines import check_times
 
 if TYPE_CHECKING:
@@ -133,10 +134,7 @@ class Keyframes:
 
         return plot_keyframes(self, axes, body=body, colour=colour, label=label)
 
-    def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import motion_html
-
-        return motion_html(self)
+    _repr_html_ = as_html
 
 
 def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> "Rotation":

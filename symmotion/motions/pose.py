@@ -1,22 +1,15 @@
 """Pose motions: a quaternion curve for the orientation and a spline for the position."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.motions.affine import Affine
+from symmotion.motions.pictures import as_html, plot_positions
 from symmotion.motions.quaternion import QuaternionMotion
 from symmotion.motions.quaternion_algebra import rotate, skew
 from symmotion.splines import Spline
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from symmotion.motions.keyframes import Keyframes
-    from symmotion.report.outlines import Body
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,22 +67,5 @@ class PoseMotion:
         linear, translation = self(t, nu)
         return translation[..., None, :] + points @ np.swapaxes(linear, -1, -2)
 
-    def plot(
-        self,
-        axes: "Axes | None" = None,
-        *,
-        body: "Body | None" = None,
-        times: int | ArrayLike = 9,
-        keyframes: "Keyframes | None" = None,
-        colour: str | None = None,
-        label: str | None = None,
-    ) -> "Axes":
-        """A body at several times and the path of its origin; arguments as for `plot_body`. Returns the axes."""
-        from symmotion.report.body_plots import plot_body  # here: matplotlib is for who draws
-
-        return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label)
-
-    def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import motion_html
-
-        return motion_html(self)
+    plot = plot_positions
+    _repr_html_ = as_html

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from symmotion.errors import InputError
+from symmotion.motions.pictures import as_html, plot_rates
 from symmotion.motions.quaternion_algebra import (
     Signs,
     aligned,
@@ -24,7 +25,6 @@ from symmotion.motions.quaternion_jet import evaluate
 from symmotion.splines import BSplineBasis
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from scipy.spatial.transform import Rotation
 
 Frame = Literal["body", "world"]
@@ -230,16 +230,8 @@ class QuaternionMotion:
             increments[k] = increments_between(aligned(q[k : k + 2], what="control quaternion"))[0]
         return replace(self, control_points=q, increments=increments)
 
-    def plot(self, axes: "Axes | None" = None, *, kind: Literal["rate", "sphere"] = "rate") -> "Axes":
-        """The body rate over time, or the moving unit vectors on the sphere; returns the axes."""
-        from symmotion.report.motion_plots import plot_orientation  # here: matplotlib is for who draws
-
-        return plot_orientation(self, axes, kind=kind)
-
-    def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import motion_html
-
-        return motion_html(self)
+    plot = plot_rates
+    _repr_html_ = as_html
 
 
 def from_rotations(rotation: "Rotation") -> np.ndarray:

@@ -13,15 +13,12 @@ from numpy.typing import ArrayLike
 from symmotion.errors import InputError
 from symmotion.motions.affine import Affine
 from symmotion.motions.dual import DualQuaternions
+from symmotion.motions.pictures import as_html, plot_positions
 from symmotion.motions.quaternion_algebra import conjugate, product
 from symmotion.splines import BSplineBasis, Spline
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from symmotion.motions.keyframes import Keyframes
     from symmotion.motions.two_parameter import TwoParameterMotion
-    from symmotion.report.outlines import Body
 
 Order = tuple[int, ...]
 Pair = tuple[np.ndarray, np.ndarray]
@@ -158,25 +155,8 @@ class RationalMotion:
         """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
         return carried(self(t, nu), points)
 
-    def plot(
-        self,
-        axes: "Axes | None" = None,
-        *,
-        body: "Body | None" = None,
-        times: int | ArrayLike = 9,
-        keyframes: "Keyframes | None" = None,
-        colour: str | None = None,
-        label: str | None = None,
-    ) -> "Axes":
-        """A body at several times and the path of its origin; arguments as for `plot_body`. Returns the axes."""
-        from symmotion.report.body_plots import plot_body  # here: matplotlib is for who draws
-
-        return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label)
-
-    def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import motion_html
-
-        return motion_html(self)
+    plot = plot_positions
+    _repr_html_ = as_html
 
 
 def _snapped(x: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -224,22 +204,5 @@ class CurveMotion:
         """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
         return carried(self(t, nu), points)
 
-    def plot(
-        self,
-        axes: "Axes | None" = None,
-        *,
-        body: "Body | None" = None,
-        times: int | ArrayLike = 9,
-        keyframes: "Keyframes | None" = None,
-        colour: str | None = None,
-        label: str | None = None,
-    ) -> "Axes":
-        """A body at several times and the path of its origin; arguments as for `plot_body`. Returns the axes."""
-        from symmotion.report.body_plots import plot_body  # here: matplotlib is for who draws
-
-        return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label)
-
-    def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import motion_html
-
-        return motion_html(self)
+    plot = plot_positions
+    _repr_html_ = as_html

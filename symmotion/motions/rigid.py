@@ -8,6 +8,7 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.motion import Motion
+from symmotion.motions.pictures import as_html
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,10 +56,7 @@ class RigidSamples:
 
         return plot_deviations(self, axes)
 
-    def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import motion_html
-
-        return motion_html(self)
+    _repr_html_ = as_html
 
 
 def orthonormalise(motion: Motion, t) -> RigidSamples:

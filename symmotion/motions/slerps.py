@@ -3,17 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from symmotion.errors import InputError
+from symmotion.motions.pictures import as_html, plot_rates
 from symmotion.motions.quaternion import Frame, QuaternionJet, _require_frame
 from symmotion.motions.quaternion_algebra import Signs, aligned, as_quaternions, conjugate, exp, log, product, rotate
 from symmotion.splines import check_times
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # Chebyshev nodes per segment: the curves are analytic there, and 40 resolve turns of 120° to rounding.
 NODES = 40
@@ -84,16 +81,8 @@ class SegmentCurve:
             rates = [rotate(q, r) for r in rates]
         return QuaternionJet(q, *rates)
 
-    def plot(self, axes: "Axes | None" = None, *, kind: Literal["rate", "sphere"] = "rate") -> "Axes":
-        """The body rate over time, or the moving unit vectors on the sphere; returns the axes."""
-        from symmotion.report.motion_plots import plot_orientation  # here: matplotlib is for who draws
-
-        return plot_orientation(self, axes, kind=kind)
-
-    def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import motion_html
-
-        return motion_html(self)
+    plot = plot_rates
+    _repr_html_ = as_html
 
 
 def slerp_curve(times, quaternions) -> SegmentCurve:

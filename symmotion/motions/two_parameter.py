@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from symmotion.errors import InputError
 from symmotion.motions.affine import Affine
 from symmotion.motions.dual import DualQuaternions
+from symmotion.motions.pictures import as_html
 from symmotion.motions.quaternion_algebra import conjugate, product
 from symmotion.motions.rational import CurveMotion, Pair, RationalMotion, carried, positions, quotient
 from symmotion.splines import BSplineBasis, Spline
@@ -210,10 +211,7 @@ class TwoParameterMotion:
 
         return plot_net(self, axes, point=point)
 
-    def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import motion_html
-
-        return motion_html(self)
+    _repr_html_ = as_html
 
 
 def as_basis(knots: Knots, n: int, degree: int, name: str) -> BSplineBasis:
