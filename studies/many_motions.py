@@ -1,14 +1,12 @@
 """Many small programs: how many motions a second, by which way of solving them, and what it costs in memory."""
 
 import pickle
-import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import astuple, dataclass
 from functools import partial
 from hashlib import blake2b
-from itertools import islice
 from multiprocessing import current_process
 from pathlib import Path
 from time import perf_counter
@@ -17,16 +15,15 @@ from typing import Any
 import numpy as np
 
 import symmotion as sm
+from studies.small_motions import MAKERS, growth, memory_over, moved_programs, new_programs
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.solvers.many import solve_each, solve_many
 from symmotion.solvers.workers import own_processes
 
-TIMES = np.linspace(0.0, 1.0, 4)
 WORKERS = 2
 SHOWN = 5  # runs in the report, of programs that are all alike
 CHUNK = 64
-CHECKS = 10  # measurements of memory over a batch
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,27 +47,6 @@ class Way:
         return self.count / self.seconds
 
 
-def keyframes(count: int) -> Iterator[sm.Keyframes]:
-    """Batches of four keyframes at the same times, neighbours turned by up to 40°."""
-    for seed in range(count):
-        keys = sm.examples.random_keyframes(len(TIMES), 40, seed=seed)
-        yield sm.Keyframes(TIMES, keys.linear, keys.translation)
-
-
-def new_programs(count: int) -> Iterator[sm.Program]:
-    """Each made from scratch."""
-    return (sm.affine_program(keys) for keys in keyframes(count))
-
-
-def moved_programs(count: int) -> Iterator[sm.Program]:
-    """The first one, with other and other keyframes."""
-    first = next(new_programs(1))
-    return (first.with_keyframes(keys) for keys in keyframes(count))
-
-
-MAKERS = {"new": new_programs, "moved": moved_programs}
-
-
 def by_loop(programs: Iterable[sm.Program]) -> Iterator[sm.Solution]:
     return (sm.ExactNewton().solve(program) for program in programs)
 
@@ -82,7 +58,7 @@ def run(options: StudyOptions) -> StudyResult:
     first = list(by_loop(moved_programs(SHOWN)))
     sizes = _sizes(first)
     options.progress("memory")
-    memory = _memory(count)
+    memory = memory_over(count)
     figures = [_rates_figure(ways)]
     if memory:
         figures.append(_memory_figure(memory))
@@ -166,30 +142,6 @@ def _sizes(few: list[sm.Solution]) -> dict[str, float]:
     return sizes
 
 
-def _memory(count: int) -> dict[str, list[tuple[int, float]]]:
-    """Resident memory in MB over solves of new and of moved programs whose solutions are not kept."""
-    statm = Path("/proc/self/statm")
-    if not sys.platform.startswith("linux") or not statm.exists():
-        return {}
-    import resource
-
-    found = {}
-    for kind, make in MAKERS.items():
-        answers, rows = solve_each(make(count)), []
-        for step in range(CHECKS):
-            done = sum(1 for _ in islice(answers, count // CHECKS))
-            size = int(statm.read_text().split()[1]) * resource.getpagesize() / 1e6
-            rows.append(((step + 1) * done, size))
-        found[kind] = rows
-    return found
-
-
-def _growth(rows: list[tuple[int, float]]) -> float:
-    """Bytes per solve after the first tenth, by least squares, to a tenth of one."""
-    solves, sizes = np.transpose(rows[1:])
-    return round(float(np.polyfit(solves, 1e6 * sizes, 1)[0]), 1) + 0.0
-
-
 def _ways_table(ways: list[Way]) -> Table:
     columns = (
         Column("way"),
@@ -228,7 +180,7 @@ def _sizes_table(sizes: dict[str, float]) -> Table:
 
 def _memory_table(memory: dict[str, list[tuple[int, float]]]) -> Table:
     columns = (Column("programs"), Column("solves"), Column("at the end", "MB"), Column("growth per solve", "bytes"))
-    rows = tuple((kind, rows[-1][0], rows[-1][1], _growth(rows)) for kind, rows in memory.items())
+    rows = tuple((kind, rows[-1][0], rows[-1][1], growth(rows)) for kind, rows in memory.items())
     return Table("resident memory", columns, rows, "Growth after the first tenth of the solves.")
 
 
@@ -264,20 +216,21 @@ def _memory_figure(memory: dict[str, list[tuple[int, float]]]) -> Figure:
         axes.set_xlabel("solves")
         axes.set_ylabel("resident memory (MB)")
         axes.legend(loc="lower right")
-        return to_figure(figure, "memory", "Memory of the process over solves whose solutions are not kept.")
+        return to_figure(figure, "memory", "Memory of a fresh process over solves whose solutions are not kept.")
 
 
 def _conclusion(
     ways: list[Way], moved: Way, sizes: dict[str, float], memory: dict[str, list[tuple[int, float]]]
 ) -> str:
-    loop, best = ways[0], max(ways, key=lambda w: w.rate)
+    loop, many, best = ways[0], ways[1], max(ways, key=lambda w: w.rate)
     build, compiled, solve, evaluate, linear, iterations = moved.parts
     rest = 1 / moved.rate - (build + compiled + solve)
     same = all(w.same for w in ways)
     alone, shared = sizes["pickle, moved, 1 to a task"], sizes[f"pickle, moved, {CHUNK} to a task"]
     text = (
         f"A loop makes and solves {loop.rate:.0f} programs of four keyframes a second, and {moved.rate:.0f} where one "
-        f"program's keyframes are moved instead, which keeps what is derived from its structure. The fastest way here, "
+        f"program's keyframes are moved instead, which keeps what is derived from its structure. solve_many does so "
+        f"for new programs of equal structure too, and solves {many.rate:.0f} of them a second. The fastest way here, "
         f"{best.name} on {best.programs} programs, solves {best.rate:.0f} a second. "
         + ("Every way gives the same numbers, bit for bit. " if same else "The numbers are not the same in all ways. ")
         + f"A solve takes {iterations:.1f} iterations on average and {1e3 * solve:.2g} ms, of which evaluating kernels "
@@ -287,7 +240,7 @@ def _conclusion(
         f"{shared / 1e3:.1f} kB."
     )
     if memory:
-        worst = max(map(_growth, memory.values()))
+        worst = max(map(growth, memory.values()))
         text += (
             f" Over {loop.count:,} solves each of new and of moved programs the memory grows by at most "
             f"{max(worst, 0.0):.0f} bytes a solve after the first tenth."

@@ -20,28 +20,26 @@ from studies.scaling_tables import (
     why_not,
 )
 from studies.scaling_worker import ANGLE, SEED, Budget, Measurement, case, measure
-from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.values import Cell
+from symmotion.report import Run, Study, StudyOptions, StudyResult
 
 
 @dataclass(frozen=True)
 class Extent:
     """How far a form of the study goes.
 
-    sizes: for all methods; ours: further ones for ExactNewton; kernels: those at which its kernels and
-    threads are compared; profiled: where the time is divided up; left_out: methods.
+    sizes: for all methods; ours: further ones for ExactNewton; profiled: where the time is divided up;
+    left_out: methods.
     """
 
     sizes: tuple[int, ...]
     ours: tuple[int, ...]
-    kernels: tuple[int, ...]
     profiled: int
     budget: Budget
     left_out: tuple[str, ...] = ()
 
 
-QUICK = Extent((4, 20, 100), (1000,), (1000,), 1000, Budget(1.5, 2048), ("ipopt-plain",))
-FULL = Extent((4, 10, 30, 100, 300, 1000, 3000, 10_000), (30_000, 100_000), (1000, 10_000), 1000, Budget(60.0, 8192))
+QUICK = Extent((4, 20, 100), (1000,), 1000, Budget(1.5, 2048), ("ipopt-plain",))
+FULL = Extent((4, 10, 30, 100, 300, 1000, 3000, 10_000), (30_000, 100_000), 1000, Budget(60.0, 8192))
 
 
 def run(options: StudyOptions) -> StudyResult:
@@ -56,7 +54,6 @@ def compare_scaling(extent: Extent, options: StudyOptions) -> StudyResult:
     for method in methods:
         sizes = extent.sizes + (extent.ours if method in OURS else ())
         measured += _grow(method, sizes, extent.budget, options)
-    kernels, variants = _kernels(extent, measured, options)
     options.progress("the machine's limit")
     machine = rates()
     limit, division = divide(sm.examples.random_keyframes(extent.profiled, ANGLE, SEED), machine)
@@ -65,11 +62,10 @@ def compare_scaling(extent: Extent, options: StudyOptions) -> StudyResult:
         methods_table(measured, methods),
         times_table(measured, methods),
         long_table(measured),
-        kernels,
         division_table(division, limit),
         machine_table(machine, limit),
     )
-    runs = tuple(m.run for m in (*measured, *variants))
+    runs = tuple(m.run for m in measured)
     return StudyResult(tables, figures, runs, _conclusion(measured, division), (_note(extent), load))
 
 
@@ -96,40 +92,6 @@ def _expected(pair: Sequence[Measurement], size: int) -> float | None:
         return None
     (few, brief), (many, long) = ((m.keyframes, m.run.seconds.total) for m in pair)
     return long + (size - many) * (long - brief) / (many - few)
-
-
-def _kernels(extent: Extent, measured: Sequence[Measurement], options: StudyOptions) -> tuple[Table, list[Measurement]]:
-    """Interpreted and compiled kernels on one thread and on two; with those not measured before."""
-    known, rows, fresh = {m.solver: m.name for m in OURS}, list[tuple[Cell, ...]](), []
-    for size in extent.kernels:
-        plain = None
-        for kernels in ("interpreted", "compiled"):
-            for threads in (1, 2):
-                solver = sm.ExactNewton(kernels=kernels, threads=threads)
-                name = known.get(solver, f"newton, {kernels}, {threads} thread{'s' * (threads > 1)}")
-                found = next((m for m in of_method(measured, name) if m.keyframes == size), None)
-                if found is None:
-                    options.progress(f"{name}, {size} keyframes")
-                    found = measure(name, solver, size, extent.budget)
-                    fresh.append(found)
-                plain = plain or found
-                gain = plain.seconds / found.seconds if plain.seconds and found.seconds else None
-                parts = found.run.seconds
-                rows.append((size, kernels, threads, found.seconds, parts.evaluate, parts.linear, gain, found.memory))
-    columns = (
-        Column("keyframes"),
-        Column("kernels"),
-        Column("threads"),
-        Column("build and solve", "s"),
-        Column("of that evaluation", "s"),
-        Column("of that linear algebra", "s"),
-        Column("times as fast"),
-        Column("memory", "MB"),
-    )
-    caption = (
-        "ExactNewton. The compiler's time, once for a kind of objective and a machine, is not part of the medians."
-    )
-    return Table("kernels and threads", columns, tuple(rows), caption), fresh
 
 
 def _conclusion(measured: Sequence[Measurement], division: Division) -> str:

@@ -38,7 +38,7 @@ OURS = (
     ),
 )
 OTHERS = (
-    Method("ipopt", "IPOPT with symmotion's batched derivatives", sm.Ipopt()),
+    Method("ipopt", "IPOPT with symmotion's batched derivatives", sm.Ipopt(kernels="compiled")),
     Method("elimination", "interpolation conditions eliminated, damped Newton (HJK 4)", sm.Elimination()),
     Method("opti-mx", "CasADi: Opti, matrix symbols, IPOPT", OptiIpopt("MX")),
     Method("opti-sx", "CasADi: Opti, expanded to scalars, IPOPT", OptiIpopt("SX")),

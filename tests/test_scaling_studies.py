@@ -184,7 +184,7 @@ def test_division_adds_up_to_its_excess():
 
 def test_scaling_study_in_small():
     left_out = ("ipopt", "elimination", "opti-sx", "ipopt-plain", "sqpmethod", "fatrop", "trust-constr")
-    extent = scaling.Extent((4,), (8,), (8,), 8, PLENTY, left_out)
+    extent = scaling.Extent((4,), (8,), 8, PLENTY, left_out)
     steps = []
     result = scaling.compare_scaling(extent, StudyOptions(progress=steps.append))
     assert "opti-mx, 4 keyframes" in steps
@@ -192,7 +192,6 @@ def test_scaling_study_in_small():
     sizes = {r["method"]: r["reaches"] for r in table(result, "methods")}
     assert sizes == {"newton": 8, "newton-compiled": 8, "opti-mx": 4}
     assert [r["keyframes"] for r in table(result, "build and solve")] == [4, 8]
-    assert len(table(result, "kernels and threads")) == 4
     assert [f.name for f in result.figures] == ["scaling", "phases"]
     assert "opti-mx" in result.conclusion
     values = {r.objective for r in result.runs if " 8 keyframes" in r.case and r.method.startswith("newton")}
