@@ -200,7 +200,7 @@ def test_scaling_study_in_small():
 
 def test_larger_sizes_are_not_tried_beyond_the_budget():
     steps = []
-    extent = scaling.Extent((4, 40, 10**9), (), (), 8, Budget(30.0, 8192), tuple(m.name for m in METHODS[1:]))
+    extent = scaling.Extent((4, 40, 10**9), (), 8, Budget(30.0, 8192), tuple(m.name for m in METHODS[1:]))
     result = scaling.compare_scaling(extent, StudyOptions(progress=steps.append))
     assert [s for s in steps if "keyframes" in s] == ["newton, 4 keyframes", "newton, 40 keyframes"]
     (row,) = table(result, "methods")
