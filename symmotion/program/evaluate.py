@@ -7,7 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from symmotion.program.block import BlockEvaluator, LocalTables
-from symmotion.program.mapped import Kernels, available_processors
+from symmotion.program.mapped import Kernels, default_threads
 from symmotion.program.program import Program
 
 
@@ -27,13 +27,13 @@ class Pattern:
 class Evaluator:
     """A program's functions at points x (unknowns,), with working memory. One per thread.
 
-    kernels: see `kernel_function`; threads: that a long program may use, all processors when left
-    out; seconds: spent in it so far.
+    kernels: see `kernel_function`; threads: that a long program may use, see `default_threads`;
+    seconds: spent in it so far.
     """
 
     def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):
         self.program = program
-        threads = threads or available_processors()
+        threads = threads or default_threads()
         self.terms = [BlockEvaluator(b, kernels, threads) for b in program.terms]
         self.constraints = [BlockEvaluator(c.block, kernels, threads) for c in program.constraints]
         self.seconds = 0.0

@@ -31,6 +31,12 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     return machine or kernel.function(kind)
 
 
+def default_threads() -> int:
+    """How many threads a long program gets by default: as many as there are processors, four at most."""
+    # Machines with many processors are shared by jobs, and gathering the Hessian stays on one thread.
+    return min(4, available_processors())
+
+
 def available_processors() -> int:
     """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -45,8 +45,8 @@ class ExactNewton:
     kernels: "compiled" by the machine's C compiler, at the cost of its 0.3 s once for each kind of
         objective and machine; "interpreted" by CasADi; "auto": compiled where that was done before,
         for long programs, and from the second of a series of solves on, each started from the one
-        before. threads: that a long program may use, all processors when left out. Neither changes
-        a bit of the result.
+        before. threads: that a long program may use, as many as processors, four at most, when left
+        out. Neither changes a bit of the result.
     """
 
     tolerance: float = 1e-8
