@@ -204,6 +204,13 @@ def test_an_operation_without_c_form_is_interpreted(cache):
         assert kernel_function(kernel, "out", 1, "compiled") is kernel.function("out")
 
 
+@pytest.mark.parametrize("options", [{"kernels": "compile"}, {"threads": 0}, {"threads": 1.5}])
+def test_unknown_kernels_and_threads_are_refused(options):
+    (name, value), *_ = options.items()
+    with pytest.raises(sm.InputError, match=f"{name} {value!r}"):
+        sm.ExactNewton(**options).solve(sm.affine_program(sm.examples.planar_keyframes()))
+
+
 def test_wrong_sizes_are_refused(cache):
     kernel = every_operation()
     mapped = Mapped(kernel.function("out"), 5)

@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 from time import perf_counter
+from typing import get_args
 
 import numpy as np
 from scipy import sparse
 
+from symmotion.errors import InputError
 from symmotion.program.block import BlockEvaluator, LocalTables
 from symmotion.program.mapped import Kernels, default_threads
 from symmotion.program.program import Program
@@ -33,6 +35,10 @@ class Evaluator:
 
     def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):
         self.program = program
+        if kernels not in get_args(Kernels):
+            raise InputError(f"kernels {kernels!r}: there are {', '.join(get_args(Kernels))}")
+        if threads is not None and not (isinstance(threads, int) and threads > 0):
+            raise InputError(f"threads {threads!r}: a positive number is needed")
         threads = threads or default_threads()
         self.terms = [BlockEvaluator(b, kernels, threads) for b in program.terms]
         self.constraints = [BlockEvaluator(c.block, kernels, threads) for c in program.constraints]
