@@ -94,7 +94,20 @@ from symmotion.motions import (
     steady_morph,
 )
 from symmotion.program import Certificate, Program
-from symmotion.solvers import Comparison, Elimination, ExactNewton, Ipopt, Solution, Status, compare
+from symmotion.solvers import (
+    Comparison,
+    Elimination,
+    ExactNewton,
+    Failed,
+    Ipopt,
+    ResultsFile,
+    Solution,
+    Status,
+    Tally,
+    compare,
+    solve_each,
+    solve_many,
+)
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, least_squares
 from symmotion.sweeps import (
     CharacteristicCurve,
@@ -135,6 +148,7 @@ __all__ = [
     "Elimination",
     "Energy",
     "ExactNewton",
+    "Failed",
     "FairingResult",
     "InputError",
     "Ipopt",
@@ -152,6 +166,7 @@ __all__ = [
     "QuaternionMotion",
     "RationalMotion",
     "RationalQuadratic",
+    "ResultsFile",
     "Retimed",
     "Rigidity",
     "Skeleton",
@@ -165,6 +180,7 @@ __all__ = [
     "SweepSurface",
     "SweptVolume",
     "SymbolicSpline",
+    "Tally",
     "Tolerance",
     "TrajectoryEnergy",
     "TwoParameterMotion",
@@ -215,6 +231,8 @@ __all__ = [
     "slerp",
     "slerp_curve",
     "slow_in_out",
+    "solve_each",
+    "solve_many",
     "speed",
     "squad",
     "steady_morph",

@@ -1,13 +1,16 @@
 """Batches of small programs and solvers for the tests of many motions; importable by worker processes."""
 
+import gc
 import os
 import signal
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 import symmotion as sm
+from symmotion.solvers.many import solve_many
 
 TIMES = np.array([0.0, 0.3, 0.6, 1.0])
 
@@ -76,3 +79,24 @@ def lasting(duration: float, seed: int = 0) -> sm.Program:
     """A small program of its own total time."""
     keys = keyframes(seed)
     return sm.affine_program(sm.Keyframes(TIMES * duration, keys.linear, keys.translation))
+
+
+def growth(kind: str, count: int) -> float:
+    """MB of resident memory that stay behind from a solve, over five batches after a first one, in this process."""
+    import resource  # not on Windows
+
+    kept, sizes = [], []
+    make = moved_programs if kind in ("moved", "threads", "ipopt") else small_programs
+    solver = sm.Ipopt() if kind == "ipopt" else sm.ExactNewton()
+    for _ in range(6):
+        if kind == "threads":
+            with ThreadPoolExecutor(2) as threads:
+                solve_many(make(count), solver, threads, chunk=10)
+        else:
+            answers = solve_many(make(count), solver)
+            kept += answers if kind == "kept" else []
+            del answers
+        gc.collect()
+        with open("/proc/self/statm") as file:
+            sizes.append(int(file.read().split()[1]) * resource.getpagesize() / 1e6)
+    return float(np.polyfit(count * np.arange(5), sizes[1:], 1)[0])

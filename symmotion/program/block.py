@@ -121,7 +121,8 @@ class BlockEvaluator:
     """
 
     def __init__(self, block: Block, kernels: Kernels = "auto", threads: int = 1):
-        self.block, self._kernels, self._threads = block, kernels, threads
+        self.block, self._threads = block, threads
+        self._kernels: Kernels = kernels
         self._functions: dict[str, Mapped] = {}
         kernel = block.kernel
         self._ones = np.ones((block.count, kernel.out.numel())) if not kernel.squares else None
