@@ -118,7 +118,8 @@ def _settings(options: argparse.Namespace) -> str:
 
 
 def _design(options: argparse.Namespace) -> int:
-    check_outputs(options.output, options.seconds)  # before the work, not after it
+    # Before the work, not after it.
+    check_outputs(options.output, options.file, options.seconds, options.rate, options.orthonormalise)
     keyframes = read_keyframes(options.file, node=options.node)
     try:
         objective = objective_by_name(options.objective, keyframes.dimension)

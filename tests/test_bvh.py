@@ -201,6 +201,7 @@ def test_recorded_bodies_as_affine_keyframes():
         (ARM.replace("Time: 0.04", "Time: 0.04 s"), "a.bvh, line 26: more than the frame time"),
         (ARM.replace("40 50", "40"), "a.bvh, line 29: 9 numbers for 10 channels"),
         (ARM.replace("40 50", "40 x50"), "a.bvh, line 29: 'x50' is not a number"),
+        (ARM.replace("40 50", "40 5_0"), "a.bvh, line 29: '5_0' is not a number"),
         (ARM.replace("40 50", "40 NaN"), "a.bvh, line 29: 'NaN' is not finite"),
         (ARM.replace("10 20 30 90", "10 20 30 " + "9" * 2_000_000), "a.bvh, line 28: is longer than 1000000"),
         ("HIERARCHY ROOT a { OFFSET 0 0 0 CHANNELS 0 }\nMOTION", "a.bvh, line 2: the joints have no channels"),
@@ -268,6 +269,13 @@ def test_as_many_joints_as_a_file_may_have(file, monkeypatch):
 def test_bad_joints(file, node, message):
     with pytest.raises(InputError, match=message):
         read_keyframes(file(ARM), node=node)
+
+
+def test_joints_of_one_name_are_told_apart_by_index(file):
+    name = file(ARM.replace("JOINT Tail", "JOINT Upper arm"))
+    with pytest.raises(InputError, match=r"a\.bvh: 2 joints are called 'Upper arm'; give an index: 1, 3"):
+        read_keyframes(name, node="Upper arm")
+    assert len(read_keyframes(name, node=3)) == 3
 
 
 def test_damaged_files_are_input_errors_or_read(file):

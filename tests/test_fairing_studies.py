@@ -20,8 +20,8 @@ from symmotion.report.fairing_figures import (
     draw_isophotes,
     draw_net,
     draw_zebra,
-    orthographic,
     sample_patch,
+    view_from,
 )
 
 NET = noisy_net(smooth_net(9, 8, spatial=True), 0.02, translation=0.05)
@@ -160,7 +160,7 @@ def test_a_surface_without_normals_is_refused():
 
 def test_views_are_rotations():
     for direction in ((1, 2, 3), (0, 0, 1), (0, 0, -1)):
-        view = orthographic(direction)
+        view = view_from(direction)
         np.testing.assert_allclose(view.T @ view, np.eye(3), atol=1e-14)
         np.testing.assert_allclose(view[:, 2] * np.linalg.norm(direction), direction, atol=1e-14)
 

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from symmotion.errors import InputError
 from symmotion.files import read_keyframes, read_motion, whole_file, write_keyframes, write_motion
-from symmotion.motions import AffineMotion, Keyframes, log_blend
+from symmotion.motions import AffineMotion, Keyframes, interpolate_quaternions, log_blend
+from symmotion.motions.examples import random_keyframes
 from symmotion.splines import BSplineBasis
 
 RECORDED = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -485,3 +486,15 @@ def test_a_full_disk_is_an_input_error(tmp_path):
     with pytest.raises(InputError, match=r"out: cannot be written: .*No space left"), whole_file(tmp_path / "out"):
         raise OSError(28, "No space left on device")
     assert not list(tmp_path.iterdir())
+
+
+def test_an_orientation_alone_is_sampled_about_the_origin(tmp_path):
+    keys = random_keyframes(4, 60, seed=2)
+    curve = interpolate_quaternions(keys.times, keys.rotations())
+    for name in ("m.csv", "m.tum"):
+        assert write_motion(curve, tmp_path / name) is None
+        back = read_keyframes(tmp_path / name)
+        np.testing.assert_allclose(back.linear, curve.rotation(back.times).as_matrix(), atol=1e-13)
+        np.testing.assert_array_equal(back.translation, 0)
+    with pytest.raises(InputError, match="json holds an AffineMotion: QuaternionMotion does not go into it"):
+        write_motion(curve, tmp_path / "m.json")

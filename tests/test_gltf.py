@@ -190,6 +190,36 @@ def test_one_sided_slopes_and_jumps():
         spline_keys(broken, np.array([0.0, 1, 2]))
 
 
+@pytest.mark.parametrize("turns", [1, 15, 16, 32])
+@pytest.mark.parametrize("write", [write_gltf, sm.write_usd], ids=["glb", "usda"])
+def test_whole_turns_between_looks_are_seen(tmp_path, write, turns):
+    # Sixteen turns in one span look like rest at every sixteenth of it.
+    ends = np.array([[1.0, 0, 0, 0], [1, 0, 0, 0]])
+    spin = sm.QuaternionMotion(sm.BSplineBasis.clamped([0, 1], 1), ends, np.array([[0, 0, turns * np.pi]]))
+    assert write(spin, tmp_path / f"m.{'glb' if write is write_gltf else 'usda'}").keys > 2 * turns
+
+
+@pytest.mark.parametrize("turns", [16, 3])
+def test_a_spinning_node_is_where_the_motion_has_it(tmp_path, turns):
+    ends = np.array([[1.0, 0, 0, 0], [1, 0, 0, 0]])
+    spin = sm.QuaternionMotion(sm.BSplineBasis.clamped([0, 1], 1), ends, np.array([[0, 0, turns * np.pi]]))
+    still_ = sm.Spline(sm.BSplineBasis.clamped([0, 1], 1), np.zeros((2, 3)))
+    written = write_gltf(spin, tmp_path / "m.glb")
+    worst = worst_distance(sm.PoseMotion(spin, still_), tmp_path / "m.glb", RNG.uniform(0, 1, 40))
+    assert worst <= 1e-4 * written.size
+
+
+class Stepping:
+    """A motion of no known kind that jumps."""
+
+    domain, dimension = (0.0, 1.0), 3
+
+    def __call__(self, t, nu=0):
+        t = np.asarray(t, dtype=float)
+        place = np.stack([np.where(t > 0.37, 1.0, 0.0) * (nu == 0), 0 * t, 0 * t], axis=-1)
+        return sm.motions.Affine(np.broadcast_to(np.eye(3) * (nu == 0), (*t.shape, 3, 3)), place)
+
+
 def jumping() -> sm.AffineMotion:
     return spline_motion(sm.BSplineBasis([0, 0, 0.5, 0.5, 2, 2], 1))
 
@@ -209,6 +239,7 @@ MESH = (np.eye(3), np.array([[0, 1, 2]]))
     ("motion", "name", "options", "message"),
     [
         (jumping(), "m.glb", {}, "the motion jumps at time 0.5"),
+        (Stepping(), "m.glb", {}, "the motion jumps at time 0.37"),
         (still(), "m.glb", {}, "stands still"),
         (infinite(), "m.glb", {}, "not finite at time 0"),
         (SPATIAL, "m.glb", {}, "a Keyframes is no motion over one time"),

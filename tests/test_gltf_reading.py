@@ -347,6 +347,12 @@ def test_small_files_cannot_ask_for_much(tmp_path):
         read_gltf_keyframes(maker.save(tmp_path / "a.gltf"), node=30)
 
 
+def test_bytes_that_would_become_too_many_doubles(tmp_path, monkeypatch):
+    monkeypatch.setattr("symmotion.files.gltf_reading.MOST_ITEMS", 2)
+    with pytest.raises(InputError, match=r"accessors\[0\].count: \d+ items: 2 at most are read"):
+        read_keyframes(moving().save(tmp_path / "a.gltf"))
+
+
 def test_damaged_files_are_input_errors_or_read(tmp_path):
     write_gltf(pose(), tmp_path / "a.glb", tolerance=1e-2)
     whole, path = (tmp_path / "a.glb").read_bytes(), tmp_path / "b.glb"

@@ -101,8 +101,10 @@ def test_files_that_cannot_be_written(tmp_path):
     with pytest.raises(InputError, match="no directory"):
         write_mesh(TETRAHEDRON, tmp_path / "missing" / "body.ply")
     (tmp_path / "body.stl").write_text("old")
-    with pytest.raises(InputError, match=r"body.stl: vertex 2 is beyond the single precision"):
+    with pytest.raises(InputError, match=r"body.stl: vertex 2 is too large, or too far from the origin"):
         write_mesh(Mesh(CORNERS * [1, 1e39, 1], FACES), tmp_path / "body.stl")
+    with pytest.raises(InputError, match=r"vertex 0 is too large, or too far from the origin, .* write obj or ply"):
+        write_mesh(Mesh(CORNERS + 1234567.9, FACES), tmp_path / "body.stl")
     assert (tmp_path / "body.stl").read_text() == "old"
 
 

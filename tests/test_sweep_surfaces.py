@@ -91,6 +91,12 @@ def test_a_frustum_has_the_volume_of_its_polygons():
     assert bare.area < mesh.area
 
 
+@pytest.mark.parametrize("far", [1e6, 1e9])
+def test_closed_profiles_are_closed_far_from_the_origin(far):
+    small = AffineMotion(LINE, 1e-3 * np.array([np.eye(3), np.eye(3)]), far + np.array([[0, 0, 0], [0, 0, 1e-3]]))
+    assert sweep_surface(small, circle()).mesh(24, 4, caps=True).closed
+
+
 def test_a_point_at_an_end_needs_no_cap_and_a_closed_motion_has_no_ends():
     cone = sweep_surface(AffineMotion(LINE, np.array([0 * np.eye(3), np.eye(3)]), [[0, 0, 0], [0, 0, 2.0]]), circle(48))
     mesh = cone.mesh(64, 8, caps=True)

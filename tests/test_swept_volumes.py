@@ -211,6 +211,21 @@ def test_a_body_that_does_not_move_and_a_ball_that_spins():
     assert len(spinning.without_curve) == 0
 
 
+@pytest.mark.parametrize(
+    ("scale", "far", "span"), [(1, 1e6, (1.7e9, 1.7e9 + 1)), (1e-6, 0, (0, 1e9)), (1e6, 0, (-1e-6, 0.1))]
+)
+def test_units_of_length_and_time_and_the_origin_do_not_matter(scale, far, span):
+    motion, (a, b) = wild(2), span
+    basis = BSplineBasis(a + (b - a) * motion.basis.knots, 3)
+    other = AffineMotion(basis, scale * motion.linear, far + scale * motion.translation)
+    sizes = {"slices": 12, "divisions": 5, "samples": 2**10}
+    one, same = (swept_volume(MovingEllipsoid(m, [1, 0.6, 0.8]), **sizes) for m in (motion, other))
+    assert same.mesh.closed
+    assert same.volume == pytest.approx(scale**3 * one.volume, rel=1e-6)
+    assert same.area == pytest.approx(scale**2 * one.area, rel=1e-6)
+    assert same.overlap.value == pytest.approx(scale**3 * one.overlap.value, rel=0.01)
+
+
 flat = AffineMotion(LINE, np.array([np.eye(3), np.diag([1.0, 1, 0])]))
 turned = AffineMotion(LINE, np.array([np.eye(3), np.diag([1.0, 1, -1])]))
 planar = AffineMotion(LINE, np.tile(np.eye(2), (2, 1, 1)))
@@ -221,6 +236,11 @@ UP = sliding(np.eye(3), [0, 0, 1.0])
     ("make", "message"),
     [
         (lambda: MovingEllipsoid(planar), "an ellipsoid moves in space"),
+        (lambda: MovingEllipsoid(Circle(1.0).__call__), "a method: an ellipsoid moves in space"),  # type: ignore
+        (
+            lambda: MovingEllipsoid(interpolate_quaternions([0, 1], np.eye(4)[[0, 0]])),
+            "a QuaternionMotion: an ellipsoid",
+        ),  # type: ignore
         (lambda: MovingEllipsoid(UP, [1, 2]), r"a radius, semi-axes \(3,\)"),
         (lambda: MovingEllipsoid(UP, [1, 2, -1]), "positive ones are needed"),
         (lambda: MovingEllipsoid(UP, [1, 2, np.nan]), "positive ones are needed"),

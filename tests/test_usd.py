@@ -25,6 +25,12 @@ def pose_motion() -> sm.PoseMotion:
     return sm.PoseMotion(sm.interpolate_quaternions(poses.times, poses.rotations()), path)
 
 
+def broken_path(domain) -> sm.Spline:
+    """A polygon that jumps in the middle."""
+    a, b = domain
+    return sm.Spline(sm.BSplineBasis([a, a, (a + b) / 2, (a + b) / 2, b, b], 1), np.arange(12.0).reshape(4, 3))
+
+
 def worst_distance(motion, path, seconds_per_unit=1.0) -> float:
     """The largest distance of a vertex in the scene from where the motion has it, at times between the samples."""
     stage = Usd.Stage.Open(str(path))
@@ -104,6 +110,8 @@ def test_write_motion_chooses_by_the_ending(tmp_path):
     [
         (sm.AffineMotion(sm.BSplineBasis([0, 0, 1, 1, 3, 3], 1), np.arange(16.0).reshape(4, 2, 2)), "m.usda", {},
          "the motion jumps at time 1"),
+        (sm.PoseMotion(pose_motion().orientation, broken_path(pose_motion().domain)), "m.usda", {},
+         "the motion jumps at time 2, or"),
         (pose_motion(), "m.usd", {}, "m.usd: format 'usd' is unknown; there are usda"),
         (pose_motion(), "no/m.usda", {}, "no/m.usda: cannot be written"),
         (pose_motion(), "m.usda", {"tolerance": 0}, "tolerance 0: a positive share"),

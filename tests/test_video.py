@@ -47,7 +47,16 @@ def test_the_body_is_where_the_motion_has_it(tmp_path, motion, body):
     assert fit[0] > 10
 
 
-@pytest.mark.parametrize("body", [None, DISC, [DISC, DISC + 1]])
+@pytest.mark.parametrize(("fps", "duration"), [(30, 30), (60, 20), (300, 20), (7, 140), (0.5, 2000)])
+def test_a_gif_lasts_as_long_as_asked_for(tmp_path, fps, duration):
+    seconds = max(1.0, 2 / fps)
+    write_animation(PLANAR, tmp_path / "m.gif", DISC, seconds=seconds, fps=fps)
+    durations = [shown for _, shown in frames(tmp_path / "m.gif")]
+    assert set(durations) == {duration}
+    assert abs(sum(durations) - 1000 * seconds) <= duration / 2
+
+
+@pytest.mark.parametrize("body", [None, DISC, [DISC, DISC + 1], np.stack([DISC, DISC + 1])])
 def test_planar_bodies(tmp_path, body):
     write_animation(PLANAR, tmp_path / "m.gif", body, seconds=0.3, fps=10)
     first, _ = next(frames(tmp_path / "m.gif"))
@@ -87,9 +96,10 @@ def test_a_broken_ffmpeg_leaves_no_file(tmp_path, monkeypatch):
         (PLANAR, "m.gif", {"seconds": 0}, "seconds 0: a positive number"),
         (PLANAR, "m.gif", {"fps": np.inf}, "fps inf: a positive number"),
         (PLANAR, "m.gif", {"seconds": 0.05}, "are 1: 2 to 582 can be written"),
-        (PLANAR, "m.gif", {"seconds": 1e9}, "are 20000000000: 2 to"),
-        (PLANAR, "m.gif", {"body": [DISC, DISC[:2]]}, r"polygon 1 of shape \(2, 2\)"),
-        (PLANAR, "m.gif", {"body": np.eye(3)}, r"polygon 0 of shape \(3, 3\)"),
+        (PLANAR, "m.gif", {"seconds": 1e9}, r"are 2e\+10: 2 to"),
+        (PLANAR, "m.gif", {"body": [DISC, DISC[:1]]}, r"outline 1: shape \(1, 2\)"),
+        (PLANAR, "m.gif", {"body": np.eye(3)}, r"outline 0: shape \(3, 3\)"),
+        (PLANAR, "m.gif", {"body": "disc"}, "outlines are arrays of numbers"),
         (SPATIAL, "m.gif", {"body": DISC}, "a body of type ndarray"),
     ],
 )  # fmt: skip

@@ -3,13 +3,13 @@
 from array import array
 from collections import deque
 from collections.abc import Iterator
-from math import isfinite
 from typing import NoReturn, TextIO
 
 import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
+from symmotion.files.numbers import finite
 from symmotion.files.opening import readable
 from symmotion.files.skeleton import AXES, CHANNELS, Joint, Skeleton
 
@@ -78,12 +78,9 @@ class _Reader:
 
     def as_number(self, word: str, what: str) -> float:
         try:
-            number = float(word)
-        except ValueError:
-            self.fail(f"{word[:40]!r} is not a number ({what})")
-        if not isfinite(number):
-            self.fail(f"{word[:40]!r} is not finite ({what})")
-        return number
+            return finite(word)
+        except InputError as error:
+            self.fail(f"{error} ({what})")
 
     def name(self) -> str:
         """What is left of the line, up to a brace: names may hold blanks."""

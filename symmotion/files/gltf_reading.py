@@ -21,6 +21,7 @@ from symmotion.files.opening import readable
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 MOST_ENTRIES = 2_000_000
+MOST_ITEMS = 15_000_000  # of an accessor: bytes become doubles, eight times as large
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +122,8 @@ class GltfFile:
         needed = offset + stride * (count - 1) + item
         if needed > len(data):
             raise accessor.fault(f"claims {needed} bytes where its buffer view has {len(data)}")
+        if count > MOST_ITEMS:
+            raise accessor["count"].fault(f"{count} items: {MOST_ITEMS} at most are read")
         flat = np.ndarray((count, WIDTHS[kind]), number, data, offset, (stride, number.itemsize)).astype(float)
         normalized = accessor.get("normalized")
         if normalized is not None and normalized.value is True and number.kind in "iu":

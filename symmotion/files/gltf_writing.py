@@ -217,7 +217,7 @@ def _rigid(motion: PoseMotion, target: Target) -> tuple[DocumentBuilder, Written
         # A chord of the circle that the furthest vertex would be off along.
         return 2 * radius * np.linalg.norm(miss[:, 1:], axis=1)
 
-    times = key.halved_until(motion.orientation.basis.breakpoints, deviations, target.tolerance)
+    times = key.halved_until(key.turning_points(motion.orientation), deviations, target.tolerance)
     ticks, moving = (key.clock(x, target.start, target.rate) for x in (times, moves.times))
     turns, stored = key.single(quaternions(times)), moves.stored(moving)
 

@@ -7,7 +7,7 @@ from math import factorial
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.motions import AffineMotion, PoseMotion
+from symmotion.motions import AffineMotion, PoseMotion, QuaternionMotion
 from symmotion.motions.baselines import Interpolant
 from symmotion.motions.motion import Motion
 from symmotion.splines import Spline
@@ -18,6 +18,8 @@ MOST_KEYS = 100_000
 PART = 512  # intervals at a time, which bounds the memory
 # Sides of a knot that differ by more, relative to the spline's size, are a jump and no rounding.
 JUMP = 1e-9
+# No interval becomes shorter than this times the duration, or than some rounding of the times: there it jumps.
+SHORTEST = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,13 +115,27 @@ def breakpoints(motion: Motion) -> np.ndarray:
     if isinstance(motion, AffineMotion):
         return motion.basis.breakpoints
     if isinstance(motion, PoseMotion):
-        both = np.concatenate([motion.orientation.basis.breakpoints, motion.translation.breakpoints])
+        both = np.concatenate([turning_points(motion.orientation), motion.translation.breakpoints])
         a, b = motion.domain
         inner = np.unique(both[(both > a) & (both < b)])
         return np.concatenate([[a], inner, [b]])
     if isinstance(motion, Interpolant):
         return motion.keyframes.times
     return np.linspace(*motion.domain, 17)
+
+
+def turning_points(curve: QuaternionMotion) -> np.ndarray:
+    """The breakpoints, with spans cut into pieces of at most a turn each, as far as the increments tell.
+
+    Whole turns between two looks at a motion could else not be told from none.
+    """
+    knots = curve.basis.breakpoints
+    controls = curve.basis.local((knots[:-1] + knots[1:]) / 2)[0]
+    # A span's factors exp(ω_i B̃_i) lead from each of its controls to the next, and no B̃_i grows by more than 1.
+    half_angles = curve.table[1][3][controls[:, 1:]].sum(axis=1)
+    pieces = np.maximum(1, np.ceil(half_angles / np.pi).astype(int))
+    parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(knots, knots[1:], pieces, strict=False)]
+    return np.concatenate([knots[:1], *parts])
 
 
 def between(times: np.ndarray) -> np.ndarray:
@@ -137,13 +153,20 @@ def halved_until(times: np.ndarray, deviations: Callable[[np.ndarray], np.ndarra
     """Times with intervals halved until no deviation between them exceeds the tolerance.
 
     deviations: from times (K,) to those at `between(times)`, (15 (K − 1),). Raises InputError
-    where that takes more than 100,000 keys.
+    where that takes more than 100,000 keys, and where no interval is short enough, naming when.
     """
+    shortest = max(SHORTEST * (times[-1] - times[0]), 64 * np.spacing(np.abs(times).max()))
     while True:
         worst = largest(times, deviations)
         open_ = ~(worst <= tolerance)
         if not open_.any():
             return times
+        short = open_ & (np.diff(times) <= shortest)
+        if short.any():
+            raise InputError(
+                f"the motion jumps at time {times[np.argmax(short)]:.9g}, or is known less well there than to the "
+                f"tolerance {tolerance:.3g}: keys hold continuous motions"
+            )
         if len(times) + open_.sum() > MOST_KEYS:
             raise InputError(f"more than {MOST_KEYS} keys would be needed: allow a larger tolerance than {tolerance:g}")
         times = np.sort(np.concatenate([times, (times[:-1] + times[1:])[open_] / 2]))

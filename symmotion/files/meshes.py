@@ -9,6 +9,9 @@ from symmotion.sweeps.mesh import Mesh
 
 FORMATS = ("obj", "ply", "stl")
 
+# How far single precision may move a vertex, relative to the size of the mesh.
+ROUNDING = 1e-4
+
 PLY_HEADER = """ply
 format binary_little_endian 1.0
 comment symmotion
@@ -31,8 +34,8 @@ def write_mesh(mesh: Mesh, path: FilePath) -> None:
     stl: binary, single precision, a normal per triangle and no shared vertices, as the format
     has it. The file appears whole or not at all.
 
-    Raises InputError for another ending, for coordinates beyond single precision (stl), and for
-    a path that cannot be written.
+    Raises InputError for another ending, for a mesh whose coordinates single precision would
+    move by more than 1e-4 of its size (stl), and for a path that cannot be written.
     """
     chosen = format_of(path, None, FORMATS)
     if chosen == "obj":
@@ -55,10 +58,13 @@ def _ply(mesh: Mesh) -> bytes:
 
 
 def _stl(mesh: Mesh, path: FilePath) -> bytes:
-    far = (np.abs(mesh.vertices) > np.finfo(np.float32).max).any(axis=1)
+    with np.errstate(over="ignore"):
+        moved = np.abs(mesh.vertices.astype("<f4") - mesh.vertices)
+    far = (moved > ROUNDING * np.ptp(mesh.vertices, axis=0).max()).any(axis=1)
     if far.any():
         raise InputError(
-            f"{path}: vertex {int(np.argmax(far))} is beyond the single precision of stl; write obj or ply"
+            f"{path}: vertex {int(np.argmax(far))} is too large, or too far from the origin, for the single precision "
+            "of stl; write obj or ply"
         )
     size = np.linalg.norm(mesh.area_vectors, axis=1, keepdims=True)
     facets = np.zeros(len(mesh.triangles), dtype=FACET)

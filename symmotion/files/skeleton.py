@@ -81,7 +81,8 @@ class Skeleton:
             found = [i for i, name in enumerate(self.names) if name == joint]
             if len(found) != 1:
                 few = ", ".join(self.names[:12]) + (" …" if len(self.names) > 12 else "")
-                raise InputError(f"{len(found)} joints are called {joint!r}; there are {few}")
+                remedy = f"give an index: {', '.join(map(str, found[:12]))}" if found else f"there are {few}"
+                raise InputError(f"{len(found)} joints are called {joint!r:.60}; {remedy}")
             return found[0]
         if not 0 <= joint < len(self.joints):
             raise InputError(f"joint {joint} does not exist: there are {len(self.joints)}")

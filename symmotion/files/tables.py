@@ -3,7 +3,6 @@
 import csv
 from array import array
 from collections.abc import Iterator, Sequence
-from math import isfinite
 from textwrap import shorten
 from typing import TextIO
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
+from symmotion.files.numbers import finite
 
 Rows = Iterator[tuple[int, list[str]]]  # the number of the line and its fields
 Columns = Sequence[str]
@@ -58,18 +58,11 @@ def read_numbers(path: FilePath, rows: Rows, columns: Sequence[int], width: int)
     for line, fields in rows:
         if len(fields) != width:
             raise InputError(f"{path}, line {line}: {len(fields)} columns, not {width}")
-        numbers.extend(_number(path, line, fields[column]) for column in columns)
+        try:
+            numbers.extend(finite(fields[column]) for column in columns)
+        except InputError as error:
+            raise InputError(f"{path}, line {line}: {error}") from None
         lines.append(line)
     if not lines:
         raise InputError(f"{path}: holds no keyframes")
     return np.array(numbers).reshape(-1, len(columns)), lines
-
-
-def _number(path: FilePath, line: int, field: str) -> float:
-    try:
-        number = float(field)
-    except ValueError:
-        raise InputError(f"{path}, line {line}: {field[:40]!r} is not a number") from None
-    if not isfinite(number):
-        raise InputError(f"{path}, line {line}: {field[:40]!r} is not finite")
-    return number

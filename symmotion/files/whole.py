@@ -19,7 +19,7 @@ def whole_file(path: str | os.PathLike[str], binary: bool = False) -> Iterator[I
     """
     target = Path(os.path.realpath(path))  # through a link to its file, which would else be replaced by ours
     try:
-        _require_place(path, target)
+        require_place(path)
         # A directory beside the target is on its file system, where renaming is atomic, and unlike
         # tempfile's own files those made inside get the user's usual permissions.
         with TemporaryDirectory(prefix=".", dir=target.parent) as directory:
@@ -31,8 +31,9 @@ def whole_file(path: str | os.PathLike[str], binary: bool = False) -> Iterator[I
         raise InputError(f"{path}: cannot be written: {error}") from error
 
 
-def _require_place(path: str | os.PathLike[str], target: Path) -> None:
+def require_place(path: str | os.PathLike[str]) -> None:
     """Raise InputError where something other than a writable file, or nothing, is in the way."""
+    target = Path(os.path.realpath(path))
     if not target.parent.is_dir():
         reason = f"there is no directory {target.parent}; create it first"
     elif target.is_dir():

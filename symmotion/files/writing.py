@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.files import formats
+from symmotion.files.body import placed
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.usd import write_usd
 from symmotion.files.whole import whole_file
 from symmotion.files.written import WrittenMotion
-from symmotion.motions import AffineMotion, Keyframes, as_rotations, rigid
+from symmotion.motions import AffineMotion, Keyframes, QuaternionMotion, as_rotations, rigid
 from symmotion.motions.motion import Motion
 from symmotion.splines import check_times
 
@@ -57,7 +58,7 @@ def write_keyframes(keyframes: Keyframes, path: FilePath, format: str | None = N
 
 
 def write_motion(
-    motion: Motion,
+    motion: Motion | QuaternionMotion,
     path: FilePath,
     times: ArrayLike | None = None,
     rate: float | None = None,
@@ -65,8 +66,9 @@ def write_motion(
 ) -> WrittenMotion | None:
     """Write a motion exactly (.json, for `read_motion`) or sampled (.csv, .tum, for `read_keyframes`), or as a scene.
 
-    json takes an `AffineMotion`. A scene, .glb or .usda, has a letter F in motion: `write_gltf`
-    and `write_usd`, which take other bodies too, say how; what they say of the file's error is returned.
+    json takes an `AffineMotion`; in the others an orientation alone turns about the origin. A
+    scene, .glb or .usda, has a letter F in motion: `write_gltf` and `write_usd`, which take other
+    bodies too, say how; what they say of the file's error is returned.
 
     times: (N,) increasing, N ≥ 2, of the samples; or rate: samples per unit of time from the
     start of the domain on; 200 samples from end to end when both are left out.
@@ -88,6 +90,7 @@ def write_motion(
             raise InputError(f"{path}: json holds an AffineMotion: {type(motion).__name__} does not go into it")
         _write_motion_json(motion, path)
         return None
+    motion = placed(motion)
     sample_times = _sample_times(motion, times, rate)
     if chosen == "tum":
         samples = _closest_rotations(path, motion, sample_times, np.inf if orthonormalise else RIGID_TOLERANCE)

@@ -1,10 +1,10 @@
 """Motions as short films: animated GIF, and MP4 where ffmpeg is installed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from subprocess import CalledProcessError
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
@@ -17,9 +17,12 @@ from symmotion.files.formats import FILMS, FilePath, format_of
 from symmotion.motions import QuaternionMotion
 from symmotion.motions.motion import Motion
 from symmotion.report.figures import COLOURS, new_figure
-from symmotion.report.spheres import VIEW
+from symmotion.report.outlines import as_outlines
+from symmotion.report.views import VIEW
 
 SECONDS = 4.0
+FPS = 20.0
+SHORTEST = 2  # hundredths of a second that a frame of a GIF is shown
 DPI = 100
 WIDTH = 480  # pixels; height follows from the motion
 HEIGHTS = (240, 640)
@@ -37,7 +40,7 @@ def write_animation(
     body: Any = None,
     *,
     seconds: float = SECONDS,
-    fps: float = 20.0,
+    fps: float = FPS,
 ) -> None:
     """Write a film of a moving body: .gif, played again and again, or .mp4, which takes the program ffmpeg.
 
@@ -45,22 +48,12 @@ def write_animation(
     object with .vertices and .faces or .triangles or a pair of such arrays; a letter F when left
     out. Spatial motions are seen from (2, −3, 1.6), z upwards, without perspective. The thin line
     is the path of the body's origin. seconds: the film's length, whatever the motion's; fps:
-    frames per second, in a GIF rounded so that a frame lasts whole hundredths of a second.
+    frames per second, in a GIF at most 50 and rounded so that a frame lasts whole hundredths of a second.
 
     Raises InputError for bad bodies, lengths and rates, films too large to be put together, mp4
     where ffmpeg is missing, and a path that cannot be written.
     """
-    chosen = film_format(path)
-    for name, value in (("seconds", seconds), ("fps", fps)):
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} {value!r}: a positive number is needed")
-    frames = round(seconds * fps)
-    if not 2 <= frames <= MOST_BYTES // (3 * WIDTH * HEIGHTS[1]):
-        raise InputError(
-            f"{seconds:g} seconds of {fps:g} frames are {frames}: 2 to {MOST_BYTES // (3 * WIDTH * HEIGHTS[1])} can be "
-            "written; choose other seconds or fps"
-        )
-    writer = FFMpegWriter(fps=fps) if chosen == "mp4" else PillowWriter(fps=fps)  # pyright: ignore[reportArgumentType]
+    chosen, frames, writer = plan(path, seconds, fps)
     motion = placed(motion)
     picture = _planar(motion, body) if dimension_of(motion) == 2 else _spatial(motion, body)
     t = np.linspace(*motion.domain, frames)
@@ -73,12 +66,34 @@ def write_animation(
         handle.write(film.read_bytes())
 
 
-def film_format(path: FilePath) -> str:
-    """gif or mp4, as the ending says; InputError for another one, and for mp4 where ffmpeg is missing."""
+class Plan(NamedTuple):
+    """How a film is made: gif or mp4, how many frames, and what writes them."""
+
+    format: str
+    frames: int
+    writer: AbstractMovieWriter
+
+
+def plan(path: FilePath, seconds: float = SECONDS, fps: float = FPS) -> Plan:
+    """The way to the film that `write_animation` is asked for; InputError where there is none."""
     chosen = format_of(path, None, FILMS)
     if chosen == "mp4" and not FFMpegWriter.isAvailable():
         raise InputError(f"{path}: mp4 needs the program ffmpeg, which is not installed: install it, or write .gif")
-    return chosen
+    for name, value in (("seconds", seconds), ("fps", fps)):
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name} {value!r}: a positive number is needed")
+    # Players slow frames of less than two hundredths down.
+    hundredths = max(SHORTEST, round(100 / max(fps, 1e-6)))
+    shown = fps if chosen == "mp4" else 100 / hundredths
+    most = MOST_BYTES // (3 * WIDTH * HEIGHTS[1])
+    if not 1.5 <= seconds * shown <= most:
+        raise InputError(
+            f"{path}: {seconds:g} seconds of {shown:.3g} frames are {seconds * shown:.3g}: 2 to {most} can be written; "
+            "choose another length or rate"
+        )
+    # Pillow's writer cuts milliseconds off to whole ones: half a millisecond more keeps rounding from losing one.
+    writer = FFMpegWriter(fps=fps) if chosen == "mp4" else PillowWriter(fps=1000 / (10 * hundredths + 0.5))  # pyright: ignore[reportArgumentType]
+    return Plan(chosen, round(seconds * shown), writer)
 
 
 def _film(writer: AbstractMovieWriter, film: Path, picture: Picture, path: np.ndarray, t: np.ndarray) -> None:
@@ -115,13 +130,7 @@ def _origin(motion: Motion) -> np.ndarray:
 
 
 def _planar(motion: Motion, body: Any) -> Picture:
-    given = [letter_outline(motion)] if body is None else body
-    # One polygon is an array of two axes; several are a list of such.
-    listed = given if isinstance(given, Sequence) and np.ndim(given[0]) == 2 else [given]
-    polygons = [np.asarray(polygon, dtype=float) for polygon in listed]
-    for k, polygon in enumerate(polygons):
-        if polygon.ndim != 2 or polygon.shape[1] != 2 or len(polygon) < 3 or not np.isfinite(polygon).all():
-            raise InputError(f"polygon {k} of shape {polygon.shape}: finite, shape (P, 2), P ≥ 3, is needed")
+    polygons = [letter_outline(motion)] if body is None else as_outlines(body, 2)
     return lambda t: ([motion.trajectory(polygon, t) for polygon in polygons], COLOURS[0])
 
 

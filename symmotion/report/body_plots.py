@@ -15,7 +15,7 @@ from symmotion.motions import Affine, Keyframes
 from symmotion.report.canvas import INK, as_numbers, bears, fit_height, on_axes, require_axes, require_colour, stamps
 from symmotion.report.figures import COLOURS
 from symmotion.report.outlines import Body, as_outlines, body_size, default_body
-from symmotion.report.spheres import VIEW
+from symmotion.report.views import VIEW, draw_faces, lit
 
 # Keyframes beyond this many are not drawn: their bodies would hide the motion.
 MOST_KEYFRAMES = 12
@@ -125,7 +125,8 @@ def _at_keyframes(keyframes: Keyframes, colour: str) -> _Copies:
 
 def _with_keyframes(motion: Any, t: np.ndarray, keyframes: Keyframes, colour: str) -> list[_Copies]:
     """Copies at times and at keyframes, none twice."""
-    between = t[~np.isclose(t[:, None], keyframes.times, atol=1e-9 * np.ptp(t)).any(axis=1)]
+    # Relative to their span: seconds since 1970 are all alike relative to their size.
+    between = t[~np.isclose(t[:, None], keyframes.times, rtol=0, atol=1e-9 * np.ptp(t)).any(axis=1)]
     return [_Copies(between, motion(between), colour), _at_keyframes(keyframes, INK)]
 
 
@@ -191,30 +192,15 @@ def _draw_flat(axes: Axes, copies: list[_Copies], outlines: Sequence[np.ndarray]
 
 def _draw_solid(axes: Axes, copies: list[_Copies], outlines: Sequence[np.ndarray]) -> None:
     """Faces of all copies, shaded, what is far behind what is near."""
-    faces, colours, edges = [], [], []
-    light = np.array([-0.35, 0.6, 0.75]) / np.linalg.norm([-0.35, 0.6, 0.75])
+    faces, shares, bases, edges = [], [], [], []
     for c in copies:
-        base = np.array(to_rgb(c.colour))
-        for p in c.polygons(outlines):
-            normal = np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0)
-            size = np.linalg.norm(normal)
-            # Both sides of a face are shaded alike: a motion may reflect the body.
-            lit = abs(float(normal @ light)) / size if size > 0 else 1.0
-            share = (0.75 if c.dark else 0.5) - (0.45 if c.dark else 0.35) * lit
-            faces.append(p)
-            colours.append(1 - share * (1 - base))
-            edges.append(base if c.dark else 1 - 0.85 * (1 - base))
-    order = np.argsort([p[:, 2].mean() for p in faces], kind="stable")
-    axes.add_collection(
-        PolyCollection(
-            [faces[k][:, :2] for k in order],
-            facecolors=[colours[k] for k in order],
-            edgecolors=[edges[k] for k in order],
-            linewidths=0.5,
-            joinstyle="round",
-            zorder=2,
-        )
-    )
+        base, polygons = np.array(to_rgb(c.colour)), c.polygons(outlines)
+        faces += polygons
+        shares.append((0.75 - 0.45 * lit(polygons)) if c.dark else (0.5 - 0.35 * lit(polygons)))
+        bases += [base] * len(polygons)
+        edges += [base if c.dark else 1 - 0.85 * (1 - base)] * len(polygons)
+    colours = 1 - np.concatenate(shares)[:, None] * (1 - np.array(bases))
+    draw_faces(axes, faces, colours, edges, linewidths=0.5, joinstyle="round", zorder=2)
 
 
 def _draw_marks(axes: Axes, copies: _Copies, outlines: Sequence[np.ndarray]) -> None:

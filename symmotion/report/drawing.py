@@ -11,6 +11,7 @@ from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.motion import Motion
 from symmotion.program import Program, kkt_pattern
 from symmotion.report.figures import COLOURS
+from symmotion.report.views import VIEW, bare
 
 
 def letter_k() -> list[np.ndarray]:
@@ -48,10 +49,7 @@ def draw_body(
     for t in times:
         outlines = [motion.trajectory(polygon, t) for polygon in body]
         axes.add_collection(PolyCollection(outlines, facecolors=colour, edgecolors=colour, alpha=alpha, linewidths=0.7))
-    axes.set_aspect("equal")
-    axes.autoscale_view()
-    axes.grid(False)
-    axes.set_axis_off()
+    bare(axes)
 
 
 def draw_path(axes: Axes, motion: Motion, point: Sequence[float] = (0.0, 0.0)) -> None:
@@ -98,11 +96,7 @@ def draw_ellipsoid(
     """An ellipsoid at several times of a spatial motion, as its principal ellipses seen from afar; `ink`: all dark."""
     s = np.linspace(0, 2 * np.pi, 49)
     circle = np.column_stack([np.cos(s), np.sin(s), np.zeros_like(s)])
-    # An orthographic view along (2, −3, 1.6): enough for a strip picture, and no 3D axes to clutter it.
-    forward = np.array([2.0, -3.0, 1.6]) / np.linalg.norm([2.0, -3.0, 1.6])
-    right = np.cross([0.0, 0.0, 1.0], forward)
-    right /= np.linalg.norm(right)
-    view = np.column_stack([right, np.cross(forward, right)])
+    view = VIEW[:, :2]
     for t in times:
         for k in range(3):
             ring = np.roll(circle, k, axis=1) * semi_axes
@@ -112,6 +106,4 @@ def draw_ellipsoid(
             axes.plot(path[:, 0], path[:, 1], color=colour, linewidth=1.3 if ink else 0.7)
     path = motion(np.linspace(*motion.domain, 300)).translation @ view
     axes.plot(path[:, 0], path[:, 1], color="#000000", linewidth=0.8, alpha=0.6)
-    axes.set_aspect("equal")
-    axes.grid(False)
-    axes.set_axis_off()
+    bare(axes)

@@ -6,28 +6,20 @@ from typing import Literal
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm, to_rgb
 from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.motions.rational import RationalMotion
 from symmotion.motions.two_parameter import TwoParameterMotion
-from symmotion.report.bodies import Mesh
+from symmotion.report.bodies import QuadMesh
 from symmotion.report.figures import COLOURS
+from symmotion.report.views import bare, draw_faces, lit, view_from
 
 DIRECTION = (1.0, -1.6, 1.3)
 LIGHT = (0.3, -0.5, 1.0)
 Image = Literal["rotation", "dual", "trajectory"]
-
-
-def orthographic(direction: ArrayLike = DIRECTION) -> np.ndarray:
-    """(3, 3) columns right, up and towards the eye of a parallel view from a direction, z upright."""
-    eye = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-    right = np.cross([0.0, 0.0, 1.0], eye)
-    size = np.linalg.norm(right)
-    right = np.array([1.0, 0.0, 0.0]) if size < 1e-9 else right / size
-    return np.column_stack([right, np.cross(eye, right), eye])
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,12 +72,6 @@ def facing(patch: Patch) -> np.ndarray:
     return normal / np.linalg.norm(normal) + 0.5 * span / np.linalg.norm(span)
 
 
-def _bare(axes: Axes) -> None:
-    axes.set_aspect("equal")
-    axes.grid(False)
-    axes.set_axis_off()
-
-
 def draw_isophotes(
     axes: Axes,
     patch: Patch,
@@ -101,12 +87,12 @@ def draw_isophotes(
 
     direction: of the view, `facing` when left out.
     """
-    seen = patch.points @ orthographic(facing(patch) if direction is None else direction)
+    seen = patch.points @ view_from(facing(patch) if direction is None else direction)
     cosine = patch.normals @ (np.asarray(light, dtype=float) / np.linalg.norm(light))
     steps = np.linspace(cosine.min(), cosine.max(), levels + 2)[1:-1]
     axes.contour(seen[..., 0], seen[..., 1], cosine, levels=steps, colors=colour, linewidths=0.7, linestyles="solid")
     _draw_border(axes, seen)
-    _bare(axes)
+    bare(axes)
 
 
 def draw_zebra(
@@ -117,7 +103,7 @@ def draw_zebra(
     colour: str = COLOURS[0],
 ) -> None:
     """Zebra stripes: what a shiny surface reflects of parallel strip lights; direction as for `draw_isophotes`."""
-    view = orthographic(facing(patch) if direction is None else direction)
+    view = view_from(facing(patch) if direction is None else direction)
     seen = patch.points @ view
     eye = view[:, 2]
     mirrored = 2 * (patch.normals @ eye)[..., None] * patch.normals - eye
@@ -127,7 +113,7 @@ def draw_zebra(
     colours = [(*to_rgb(colour), 0.85), (*to_rgb(colour), 0.08)] * stripes
     axes.contourf(seen[..., 0], seen[..., 1], angle, levels=levels, colors=colours)
     _draw_border(axes, seen)
-    _bare(axes)
+    bare(axes)
 
 
 def _draw_border(axes: Axes, seen: np.ndarray) -> None:
@@ -137,12 +123,11 @@ def _draw_border(axes: Axes, seen: np.ndarray) -> None:
 
 def draw_net(axes: Axes, net: np.ndarray, direction: ArrayLike = DIRECTION, colour: str = COLOURS[0]) -> None:
     """A control net (n, m, 3) as its lines in a parallel view."""
-    seen = (net @ orthographic(direction))[..., :2]
+    seen = (net @ view_from(direction))[..., :2]
     lines = [*seen, *np.swapaxes(seen, 0, 1)]
     axes.add_collection(LineCollection(lines, colors=colour, linewidths=0.8))
     axes.plot(seen[..., 0].ravel(), seen[..., 1].ravel(), ".", color="#000000", markersize=2.5)
-    axes.autoscale_view()
-    _bare(axes)
+    bare(axes)
 
 
 def draw_fairness(
@@ -184,37 +169,26 @@ def draw_bodies(
     axes: Axes,
     linear: np.ndarray,
     translation: np.ndarray,
-    body: Mesh,
+    body: QuadMesh,
     direction: ArrayLike = DIRECTION,
     colour: str = COLOURS[0],
-    light: ArrayLike = (-0.4, -0.5, 1.0),
 ) -> None:
     """A body at positions (…, 3, 3) and (…, 3) in a parallel view, shaded, what is far behind what is near."""
-    view = orthographic(direction)
+    view = view_from(direction)
     linear, translation = linear.reshape(-1, 3, 3), translation.reshape(-1, 3)
     points = translation[:, None] + body.vertices @ np.swapaxes(linear, 1, 2)
-    corners = points[:, body.faces].reshape(-1, 4, 3)
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    lengths = np.linalg.norm(normals, axis=1)
-    corners, normals = corners[lengths > 0], normals[lengths > 0] / lengths[lengths > 0, None]
-    seen = corners @ view
-    order = np.argsort(seen[..., 2].mean(axis=1))
-    # Both sides of a face are shaded alike: patches that are reflected are turned inside out.
-    normals *= np.where(normals @ view[:, 2] < 0, -1.0, 1.0)[:, None]
-    shade = 0.35 + 0.65 * np.clip(normals @ (np.asarray(light) / np.linalg.norm(light)), 0, 1)
+    corners = (points @ view)[:, body.faces].reshape(-1, 4, 3)
+    shade = 0.35 + 0.65 * lit(corners)
     colours = 1 - (1 - np.array(to_rgb(colour))) * (1.25 - 0.75 * shade[:, None])
-    faces = PolyCollection(list(seen[order][..., :2]), facecolors=np.clip(colours[order], 0, 1), edgecolors="face")
     # Tens of thousands of small faces: as vectors they would be most of the page.
-    faces.set(linewidth=0.2, rasterized=True)
-    axes.add_collection(faces)
-    axes.autoscale_view()
-    _bare(axes)
+    draw_faces(axes, corners, np.clip(colours, 0, 1), linewidth=0.2, rasterized=True)
+    bare(axes)
 
 
 def draw_body_along(
     axes: Axes,
     motion: TwoParameterMotion | RationalMotion,
-    body: Mesh,
+    body: QuadMesh,
     *parameters: ArrayLike,
     spread: tuple[float, float] = (0.0, 0.0),
     direction: ArrayLike = DIRECTION,

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import MaxNLocator
 
+from symmotion.report.svg_paths import shortened
 from symmotion.report.values import Figure, Run
 
 # Each has a contrast of 3 or more on white and on the dark page, and all pairs stay apart in normal,
@@ -110,8 +111,7 @@ def _themed(svg: str) -> str:
     """The SVG element alone, in the ink of its surroundings and without rules that would reach beyond it."""
     svg = re.sub(r"<!--.*?-->\s*", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>\s*", "", svg, count=1, flags=re.DOTALL)
-    # Hundredths of a point cannot be seen, and are a third of a file.
-    svg = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), svg)
+    svg = re.sub(r' d="([^"]*)"', lambda path: f' d="{shortened(path[1])}"', svg)
     # What is black by default has no fill of its own and takes the root's.
     svg = svg.replace("<svg ", '<svg fill="currentColor" stroke-linejoin="round" ', 1)
     return svg.replace("#000000", "currentColor")

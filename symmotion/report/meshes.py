@@ -6,7 +6,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
 from symmotion.report.figures import COLOURS
-from symmotion.report.spheres import VIEW
+from symmotion.report.views import VIEW
 from symmotion.sweeps import Mesh
 
 # From the left above the viewer: right, up, towards.

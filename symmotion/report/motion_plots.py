@@ -21,9 +21,10 @@ from symmotion.report.canvas import (
     require_axes,
     require_kind,
 )
-from symmotion.report.fairing_figures import facing, orthographic, sample_patch
+from symmotion.report.fairing_figures import DIRECTION, facing, sample_patch
 from symmotion.report.figures import COLOURS
 from symmotion.report.spheres import draw_curve, draw_points, draw_sphere
+from symmotion.report.views import view_from
 
 RateKind = Literal["rate", "sphere"]
 STYLES = ("-", "--", "-.")
@@ -77,10 +78,10 @@ def plot_net(motion: TwoParameterMotion, axes: Axes | None = None, *, point: Arr
     if where.shape != (3,):
         raise InputError(f"point of shape {where.shape}: one body point (3,) is needed")
     try:
-        view = orthographic(facing(sample_patch(motion, image, where, samples=24)))
+        view = view_from(facing(sample_patch(motion, image, where, samples=24)))
     except InputError:
         # A surface that is a curve or a point somewhere is seen from where it happens to be.
-        view = orthographic()
+        view = view_from(DIRECTION)
 
     def lines(steps_u: np.ndarray, steps_v: np.ndarray) -> np.ndarray:
         u, v = steps_u[:, None], steps_v

@@ -73,7 +73,7 @@
     const play = element("button", { type: "button", className: "play" });
     const scrub = element("input", { type: "range", max: STEPS, step: 1, value: 0, "aria-label": `Time, ${name}` });
     const clock = element("output", { "aria-live": "off" });
-    const more = element("div", {});
+    const more = element("div", {}), key = element("span", { className: "key" });
     const controls = element("div", { className: "controls", role: "group", "aria-label": `Player, ${name}` },
       element("div", {}, play, scrub, clock), more);
     if (tracks.length === 2) {
@@ -89,17 +89,18 @@
       choice.append(...[...tracks.map((track) => track.label), "all"].map((label, k) =>
         element("option", { value: k, textContent: label, selected: k === shown })));
       choice.addEventListener("change", () => choose(Number(choice.value)));
-      more.append(choice);
+      more.append(choice, key);
     }
     const still = element("button", { type: "button", textContent: "Still picture", "aria-pressed": "false" });
+    const views = element("span", { className: "views" }, still);
     if (d === 3) {
       canvas.tabIndex = 0;
       canvas.setAttribute("aria-label", `${data.alt} Arrow keys turn the view.`);
       const reset = element("button", { type: "button", className: "reset", textContent: "Reset view" });
       reset.addEventListener("click", () => turn(home[0] - yaw, home[1] - pitch));
-      more.append(reset);
+      views.prepend(reset);
     }
-    more.append(still);
+    more.append(views);
     figure.querySelector(".box").after(element("div", { className: "stage" }, canvas), controls);
     figure.querySelector("figcaption").append(element("span", { textContent: data.caption }));
     figure.classList.add("moving");
@@ -110,8 +111,14 @@
       made.style.background = tracks[k].colour;
       return [made];
     }
+    // Of several bodies at once, which colour is which; one alone is named by the choice.
+    function explain() {
+      const all = shown >= tracks.length;
+      key.replaceChildren(...(all ? tracks.map((track, k) => element("span", {}, ...swatch(k), track.label)) : swatch(shown)));
+    }
     function choose(k) {
       shown = k;
+      explain();
       picture(false);
       refresh();
     }
@@ -228,7 +235,7 @@
       faces.sort((a, b) => a.depth - b.depth);
       for (const { points, colour, ghost } of faces) {
         const lit = d === 3 ? light(points) : 1;
-        const lift = lit > 0.6 ? 0.55 * (lit - 0.6) : 0.75 * (0.6 - lit);
+        const lift = (lit > 0.6 ? 0.55 : 0.5) * Math.abs(lit - 0.6);
         const shade = d === 2 ? colour : mix(colour, lit > 0.6 ? [255, 255, 255] : [0, 0, 0], lift);
         trace(points.map(place), true);
         context.fillStyle = ghost ? css(mix(paper, ink, 0.25 + 0.35 * (1 - lit)), 0.33 * faint) : css(shade, solid);
@@ -290,6 +297,7 @@
     }).observe(figure);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
     label();
+    explain();
     say(chosen().map((track) => poseAt(track, t)));
     stale = false;
     refresh();

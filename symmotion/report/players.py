@@ -7,15 +7,17 @@ from typing import Any, Protocol
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes, PoseMotion, QuaternionMotion
-from symmotion.report.bodies import Mesh
+from symmotion.report.bodies import QuadMesh
 from symmotion.report.drawing import letter_k
-from symmotion.report.fairing_figures import DIRECTION, draw_bodies, orthographic
+from symmotion.report.fairing_figures import DIRECTION, draw_bodies
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.values import Body, Figure, Player, Track, require_name
+from symmotion.report.views import bare, draw_faces, lit, view_from
 from symmotion.splines import BSplineBasis, Spline
 
 ACCURACY = 3e-4  # of what the motion spans: a fifth of a pixel of a player
@@ -34,7 +36,7 @@ class Moving(Protocol):
     def __call__(self, t: Any, nu: int = 0, /) -> Affine: ...
 
 
-Shape = Mesh | Sequence[np.ndarray]
+Shape = QuadMesh | Sequence[np.ndarray]
 
 
 def player(
@@ -222,17 +224,17 @@ def _colours(count: int) -> tuple[str, ...]:
 
 
 def _as_body(name: str, body: Shape) -> Body:
-    if not isinstance(body, Mesh):
+    if not isinstance(body, QuadMesh):
         shapes = {np.shape(polygon)[1:] for polygon in body}
         if not body or len(shapes) > 1 or shapes.pop() not in ((2,), (3,)) or min(map(len, body)) < 3:
             raise InputError(f"player {name!r}: closed polygons (P, 2) or (P, 3), P ≥ 3, are needed as a body")
-    points = body.vertices if isinstance(body, Mesh) else np.concatenate(list(body))
+    points = body.vertices if isinstance(body, QuadMesh) else np.concatenate(list(body))
     if not np.isfinite(points).all() or not np.ptp(points, axis=0).any():
         raise InputError(f"player {name!r}: a body of finite corners that do not coincide is needed")
     digits = 3 - int(np.floor(np.log10(np.ptp(points, axis=0).max())))
     corners, index = np.unique(np.round(points, digits) + 0.0, axis=0, return_inverse=True)
     index = index.reshape(-1)
-    if isinstance(body, Mesh):
+    if isinstance(body, QuadMesh):
         faces = index[body.faces].tolist()
     else:
         faces = [face.tolist() for face in np.split(index, np.cumsum([len(polygon) for polygon in body])[:-1])]
@@ -252,7 +254,7 @@ def _still(
 ) -> Figure:
     """A body at some times under each motion, at the keyframes in ink; set apart where it turns on the spot."""
     places = {label: motion(np.linspace(*motion.domain, COPIES)) for label, motion in motions.items()}
-    corners = body.vertices if isinstance(body, Mesh) else np.concatenate(list(body))
+    corners = body.vertices if isinstance(body, QuadMesh) else np.concatenate(list(body))
     view = _view(eye, len(centre))
     size = float(np.ptp(corners, axis=0).max())
     on_the_spot = all(np.ptp(p.translation, axis=0).max() < size / 4 for p in places.values())
@@ -276,24 +278,31 @@ def _still(
                 axes.plot(*path.T, color=COLOURS[5], linewidth=0.8, alpha=0.6)
                 if keyframes is not None:
                     _draw(axes, Affine(keyframes.linear, keyframes.translation), body, eye, COLOURS[5], 0.35)
-            axes.autoscale_view()
-            axes.set_aspect("equal")
-            axes.grid(False)
-            axes.set_axis_off()
+            bare(axes)
             if len(motions) > 1:
                 axes.set_title(label, parse_math=False)
         return to_figure(figure, f"{name}-still", caption)
 
 
 def _draw(axes: Axes, position: Affine, body: Shape, eye: np.ndarray, colour: str, alpha: float) -> None:
-    if isinstance(body, Mesh):
-        # Ink cannot be shaded: grey is, and is seen on the light page and on the dark one.
-        draw_bodies(axes, *position, body, eye, "#777777" if colour == COLOURS[5] else colour)
+    if isinstance(body, QuadMesh):
+        draw_bodies(axes, *position, body, eye, _shadeable(colour))
         return
-    faces = [(v + polygon @ a.T) @ _view(eye, len(v)) for a, v in zip(*position, strict=True) for polygon in body]
-    axes.add_collection(PolyCollection(faces, facecolors=colour, edgecolors=colour, alpha=alpha, linewidths=0.7))
+    places = [v + polygon @ a.T for a, v in zip(*position, strict=True) for polygon in body]
+    if len(places[0][0]) == 2:
+        style = {"facecolors": colour, "edgecolors": colour, "alpha": alpha, "linewidths": 0.7}
+        axes.add_collection(PolyCollection(places, **style))
+        return
+    faces = [place @ view_from(eye) for place in places]
+    colours = 1 - (0.9 - 0.6 * lit(faces))[:, None] * (1 - np.array(to_rgb(_shadeable(colour))))
+    draw_faces(axes, faces, colours, 0.7 * colours, linewidths=0.5, joinstyle="round")
+
+
+def _shadeable(colour: str) -> str:
+    """Ink cannot be shaded: grey is, and is seen on the light page and on the dark one."""
+    return "#777777" if colour == COLOURS[5] else colour
 
 
 def _view(eye: np.ndarray, dimension: int) -> np.ndarray:
     """(d, 2) columns right and up."""
-    return np.eye(2) if dimension == 2 else orthographic(eye)[:, :2]
+    return np.eye(2) if dimension == 2 else view_from(eye)[:, :2]

@@ -65,7 +65,7 @@ def solution_html(solution: Solution) -> str:
         ("violation", f"{shown(c.violation, 3)} (tolerance {shown(solution.tolerance * c.size, 3)})"),
         ("inertia", c.inertia),
         ("iterations", solution.iterations if solution.log else None),
-        ("seconds", solution.seconds.total or None),
+        ("seconds", shown(solution.seconds.total or None, 3)),
         ("solver", _short(solution.solver)),
     ]
     tables = []
@@ -123,7 +123,7 @@ def fairing_html(result: FairingResult) -> str:
         ("G of the result", result.final),
         ("steps", f"{result.steps}, the best after {result.best_step}"),
         ("largest displacement", float(result.displacement.max(initial=0.0))),
-        ("seconds", result.seconds),
+        ("seconds", shown(result.seconds, 3)),
     ]
     if result.certificate is not None:
         facts.append(("stationarity", result.certificate.stationarity))

@@ -6,17 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from symmotion.report.figures import COLOURS
-
-
-def view_from(direction: Sequence[float]) -> np.ndarray:
-    """(3, 3) the columns right, up and towards the viewer of an orthographic view from `direction`, z pointing up."""
-    towards = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-    right = np.cross([0.0, 0.0, 1.0], towards)
-    right /= np.linalg.norm(right)
-    return np.column_stack([right, np.cross(towards, right), towards])
-
-
-VIEW = view_from([2.0, -3.0, 1.6])
+from symmotion.report.views import VIEW, bare
 
 
 def on_sphere(quaternions: np.ndarray) -> np.ndarray:
@@ -39,9 +29,7 @@ def draw_sphere(axes: Axes, view: np.ndarray = VIEW) -> None:
     ]
     for circle in circles:
         draw_curve(axes, circle, "#000000", linewidth=0.4, alpha=0.22, hidden=0.0, view=view)
-    axes.set_aspect("equal")
-    axes.grid(False)
-    axes.set_axis_off()
+    bare(axes)
 
 
 def draw_curve(
@@ -95,6 +83,4 @@ def draw_outlines(
         axes.fill(faces[k][:, 0], faces[k][:, 1], color=colour, alpha=alpha, linewidth=0)
         closed = np.vstack([faces[k], faces[k][:1]])
         axes.plot(closed[:, 0], closed[:, 1], color=colour, linewidth=linewidth)
-    axes.set_aspect("equal")
-    axes.grid(False)
-    axes.set_axis_off()
+    bare(axes)

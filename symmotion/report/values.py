@@ -11,6 +11,7 @@ from symmotion.errors import InputError
 from symmotion.solvers.result import Iteration, Seconds, Solution, Status
 
 Cell = str | int | float | bool | None
+MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,11 @@ class Column:
 
     name: str
     unit: str = ""
+
+    @property
+    def digits(self) -> int:
+        """How many significant digits a reader is shown: times and memory that were measured have three."""
+        return 3 if self.unit in MEASURED else 5
 
 
 @dataclass(frozen=True)

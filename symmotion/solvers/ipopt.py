@@ -1,7 +1,9 @@
 """IPOPT on the same programs, with our mapped derivatives or with what a CasADi user would write."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
+from threading import Lock
 from time import perf_counter
 from typing import Any, Literal
 
@@ -11,6 +13,9 @@ from scipy import sparse
 
 from symmotion.program import Evaluator, HessianTriangle, Kernels, Program, gradient_scale
 from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, start_vector
+
+# `Opti` differentiates and expands while it solves, without the interpreter's lock: two at a time crash.
+_SYMBOLIC = Lock()
 
 
 @dataclass(frozen=True)
@@ -49,11 +54,14 @@ class Ipopt:
             "ipopt.acceptable_iter": 0,
             "ipopt.max_iter": self.max_iterations,
         }
-        run = _Mapped(evaluator, options) if self.derivatives == "mapped" else _Plain(program, options)
-        compiled = perf_counter()
-        x, multipliers, stats = run.solve(x0)
-        solved = perf_counter()
-        evaluate, total = run.evaluate_seconds(stats), float(stats.get("t_wall_total", solved - compiled))
+        mapped = self.derivatives == "mapped"
+        with nullcontext() if mapped else _SYMBOLIC:
+            run = _Mapped(evaluator, options) if mapped else _Plain(program, options)
+            compiled = perf_counter()
+            x, multipliers, stats = run.solve(x0)
+            solved = perf_counter()
+            evaluate, total = run.evaluate_seconds(stats), float(stats.get("t_wall_total", solved - compiled))
+            del run  # while it is alone: it lets go of functions that others use
         # Opti derives its functions at the first solve: what is not IPOPT's own time is compilation.
         seconds = Seconds(program.build_seconds, solved - began - total, total, evaluate, total - evaluate)
         said = str(stats.get("return_status", "no status"))
@@ -65,7 +73,7 @@ class Ipopt:
                 "Diverging_Iterates": Status.DIVERGED,
             }.get(said, Status.FAILED)
             failure = (status, said)
-        method = "ipopt" if self.derivatives == "mapped" else "ipopt-plain"
+        method = "ipopt" if mapped else "ipopt-plain"
         return conclude(program, self, method, x, multipliers, _log(stats), seconds, failure, evaluator)
 
 

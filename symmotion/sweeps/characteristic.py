@@ -66,9 +66,9 @@ def characteristic_curves(body: MovingEllipsoid, t: float, meridians: int = 180)
     if meridians < 8:
         raise InputError(f"{meridians} meridians are too few: at least 8 are needed")
     body.require_solid(np.array([t], dtype=float))
-    form = body.surface_speed(float(t))
-    if not Range(_least(form), -_least(SurfaceSpeed(-form.quadratic, -form.linear))).crossed:
+    if not surface_speed_range(body, t).crossed:
         return ()
+    form = body.surface_speed(t)
     frame = _frame(form)
     angles = 2 * np.pi * np.arange(meridians) / meridians
     roots = _roots(form, frame, angles)

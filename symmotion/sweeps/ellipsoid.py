@@ -1,7 +1,7 @@
 """A moving ellipsoid: where it is, how fast its surface moves outwards, and which points it visits."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -49,8 +49,10 @@ class MovingEllipsoid:
     centre: ArrayLike = (0.0, 0.0, 0.0)
 
     def __post_init__(self):
-        if self.motion.dimension != 3:
-            raise InputError(f"a motion in {self.motion.dimension}D: an ellipsoid moves in space")
+        dimension: Any = getattr(self.motion, "dimension", None)  # orientations alone have none
+        if dimension != 3:
+            what = type(self.motion).__name__ if dimension is None else f"motion in {dimension}D"
+            raise InputError(f"a {what}: an ellipsoid moves in space, with a linear part and a translation")
         shape = np.asarray(self.shape, dtype=float)
         if shape.shape not in ((), (3,), (3, 3)):
             raise InputError(f"shape of {shape.shape}: a radius, semi-axes (3,) or a matrix (3, 3) is needed")

@@ -11,8 +11,9 @@ from symmotion.motions.affine import AffineMotion
 from symmotion.splines import BSplineBasis, Spline
 from symmotion.sweeps.mesh import Mesh, compact
 
-# Points closer than this times the size of the control net are the same point.
+# Points closer than this times the size of the control net, or than some rounding of where it lies, are the same.
 COINCIDENT = 1e-9
+ROUNDING = 16 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +91,9 @@ class SweepSurface:
             raise InputError(f"{nu} × {nt} pieces are too few for a mesh: at least 3 × 1 are needed")
         times = np.linspace(*self.t.domain, nt + 1)
         points = self(np.linspace(*self.u.domain, nu + 1)[:, None], times)
-        index, joined = _joined(points, COINCIDENT * np.ptp(self.control_points.reshape(-1, 3), axis=0).max())
+        net = self.control_points.reshape(-1, 3)
+        tolerance = max(COINCIDENT * float(np.ptp(net, axis=0).max()), ROUNDING * float(np.abs(net).max()))
+        index, joined = _joined(points, tolerance)
         triangles, vertices = [_quads(index)], points.reshape(-1, 3)
         if caps and not joined.profile:
             raise InputError("caps close the ends of closed profiles, and the first and last point of this one differ")

@@ -241,7 +241,9 @@ def _between(nodes, times, first, second, share) -> tuple[np.ndarray, np.ndarray
     count = len(nodes)
     s = nodes[first % count] * (1 - share)[:, None] + nodes[second % count] * share[:, None]
     s /= np.linalg.norm(s, axis=1, keepdims=True)
-    return s, times[first // count] * (1 - share) + times[second // count] * share
+    a, b = times[first // count], times[second // count]
+    # Rounding must not lead out of the domain.
+    return s, np.clip(a + share * (b - a), np.minimum(a, b), np.maximum(a, b))
 
 
 def _crossings(body, nodes, times, first, second) -> np.ndarray:

@@ -1,0 +1,66 @@
+"""Parallel views of space: directions on a picture, light, and faces from back to front."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from numpy.typing import ArrayLike
+
+# From the left above the viewer: right, up, towards.
+LIGHT = np.array([-0.35, 0.55, 0.75]) / np.linalg.norm([-0.35, 0.55, 0.75])
+
+
+def view_from(direction: ArrayLike) -> np.ndarray:
+    """(3, 3) the columns right, up and towards the viewer of a parallel view from a direction, z upright.
+
+    From straight above or below, x is to the right.
+    """
+    towards = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    right = np.cross([0.0, 0.0, 1.0], towards)
+    size = np.linalg.norm(right)
+    right = np.array([1.0, 0.0, 0.0]) if size < 1e-9 else right / size
+    return np.column_stack([right, np.cross(towards, right), towards])
+
+
+VIEW = view_from([2.0, -3.0, 1.6])
+
+
+def bare(axes: Axes) -> None:
+    """Equal scales, and neither axes nor grid."""
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.grid(False)
+    axes.set_axis_off()
+
+
+def lit(faces: Sequence[np.ndarray]) -> np.ndarray:
+    """(F,) how lit faces are that a viewer sees, n · light from 0 to 1; 1 for one without area.
+
+    faces: (P, 3) each, in the directions of a view. Both sides are alike: a motion may reflect a body.
+    """
+    light = np.ones(len(faces))
+    sizes = np.array([len(face) for face in faces])
+    for size in np.unique(sizes):
+        which = np.flatnonzero(sizes == size)
+        corners = np.stack([faces[k] for k in which])
+        # About a corner of their own: far from the origin the products would be rounding.
+        corners = corners - corners[:, :1]
+        normals = np.cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1)
+        lengths = np.linalg.norm(normals, axis=1)
+        normals *= np.where(normals[:, 2] < 0, -1.0, 1.0)[:, None]
+        flat = lengths > 0
+        light[which[flat]] = np.clip(normals[flat] @ LIGHT / lengths[flat], 0, 1)
+    return light
+
+
+def draw_faces(axes: Axes, faces: Sequence[np.ndarray], colours: np.ndarray, edges: Any = None, **style: Any) -> None:
+    """Faces (P, 3) in the directions of a view, what is far behind what is near.
+
+    colours, edges: (F, 3) or (F, 4), the edges as the faces when left out; style: of the PolyCollection.
+    """
+    order = np.argsort([face[:, 2].mean() for face in faces], kind="stable")
+    outline = "face" if edges is None else np.asarray(edges)[order]
+    shapes = [faces[k][:, :2] for k in order]
+    axes.add_collection(PolyCollection(shapes, facecolors=colours[order], edgecolors=outline, **style))
