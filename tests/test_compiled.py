@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 import symmotion as sm
+from studies import kernels
 from symmotion.program import Evaluator, Kernel, compiled
 from symmotion.program.mapped import Mapped, kernel_function
 from symmotion.program.source import ARITHMETIC, BY_LANE, c_source
+from symmotion.report import StudyOptions
 
 REMEMBERED = (compiled._opened, compiled._built, compiled._path, compiled._compiler, compiled._toolchain)
 
@@ -129,6 +131,7 @@ def test_the_key_holds_source_flags_and_compiler(cache, monkeypatch, tmp_path, c
 
 SOLVE = """
 import symmotion as sm
+from studies import kernels
 program = sm.affine_program(sm.examples.planar_keyframes())
 print(sm.ExactNewton(kernels="compiled").solve(program).require().x.tobytes().hex())
 """
@@ -216,3 +219,14 @@ def test_wrong_sizes_are_refused(cache):
     mapped = Mapped(kernel.function("out"), 5)
     with pytest.raises(ValueError, match=r"\(5, 2\) is needed, not \(4, 2\)"):
         mapped(np.ones((4, 2)), np.ones((5, 1)), None)
+
+
+@needs_compiler
+def test_the_study_finds_the_same_bits_in_every_way():
+    result = kernels.STUDY.run(StudyOptions())
+    assert "the same in every bit" in result.conclusion
+    assert len(result.runs) == 4 * 3 and all(run.certified for run in result.runs)
+    values = {run.objective for run in result.runs if run.case.startswith("20 keyframes")}
+    assert len(values) == 1 and values.pop() == pytest.approx(0.01012, rel=1e-5)  # as IPOPT
+    (instructions,) = {row[1] for row in result.tables[1].rows if row[0] == "R"}
+    assert instructions == 988
