@@ -199,7 +199,7 @@ def _strips(figure_name: str, name: str, keys: sm.Keyframes, motions: dict[str, 
         return to_figure(
             figure,
             figure_name,
-            f"{name}: {body} under every interpolant and under the optima that ExactNewton found. Dark: the keyframes.",
+            f"{name}: {body} under every interpolant and under the optima of ExactNewton. In ink: the keyframes.",
         )
 
 

@@ -11,7 +11,8 @@ from symmotion.motions.quaternion_algebra import exp
 from symmotion.report import Column, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.players import player
-from symmotion.report.spheres import draw_outlines, view_from
+from symmotion.report.spheres import draw_outlines
+from symmotion.report.views import view_from
 from symmotion.splines import BSplineBasis, Spline
 
 SECONDS = 3.0
@@ -76,7 +77,7 @@ def run(options: StudyOptions) -> StudyResult:
         picture = to_figure(
             figure,
             "flight",
-            "A boomerang that leaves with 2.2 turns per second and returns; its ends are dark (KKS figure 7).",
+            "A boomerang that leaves with 2.2 turns per second and returns; its ends are in ink (KKS figure 7).",
         )
     conclusion = (
         f"One Hermite quaternion curve carries the boomerang through {rows[0][2]:.3g} to {rows[-1][2]:.3g} "

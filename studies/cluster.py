@@ -38,5 +38,8 @@ def cluster(address: str) -> Iterator[Executor]:
     with client:
         if not client.scheduler_info(n_workers=-1)["workers"]:
             raise InputError(f"--scheduler {address}: it has no workers yet; --help says how to start them")
-        with client.get_executor() as executor:
+        executor = client.get_executor()
+        try:
             yield executor
+        finally:
+            executor.shutdown(wait=False)  # cancels what an interrupt has left there

@@ -140,14 +140,14 @@ def _ball_figure(physical, drawn, physics, animated, spline, bounded) -> Figure:
         height, forces = figure.subplots(2, 1)
         t = np.linspace(0, drawn[-1], 1201)
         short = t[t <= physical[-1]]
-        height.plot(short, physics.motion(short), color=COLOURS[5], linewidth=1.0, label="physical times")
-        height.plot(t, animated.motion(t), color=COLOURS[0], label="animator's times, broken tangents")
-        height.plot(t, spline.motion(t), "--", color=COLOURS[1], label="smooth")
-        height.plot(t, bounded.motion(t), color=COLOURS[2], label="smooth, above the floor")
+        height.plot(short, physics.motion(short), color=COLOURS[0], linewidth=1.0, label="physical times")
+        height.plot(t, animated.motion(t), color=COLOURS[1], label="animator's times, broken tangents")
+        height.plot(t, spline.motion(t), "--", color=COLOURS[2], label="smooth")
+        height.plot(t, bounded.motion(t), color=COLOURS[3], label="smooth, above the floor")
         height.plot(drawn[:-1], np.r_[HEIGHT, np.zeros(len(drawn) - 2)], "o", color=COLOURS[5])
         height.set_ylabel("height [m]")
         figure.legend(*height.get_legend_handles_labels(), loc="outside upper left", ncols=2)
-        for solution, colour, style in ((physics, COLOURS[5], ":"), (animated, COLOURS[0], "-")):
+        for solution, colour, style in ((physics, COLOURS[0], ":"), (animated, COLOURS[1], "-")):
             ends = solution.motion.breakpoints
             when = np.linspace(ends[0], ends[-1], 1201)
             forces.plot(when, solution.motion(when, 2), style, color=colour)
@@ -242,13 +242,14 @@ def _camera_figure(free: sm.Solution, solved: dict[float, sm.Solution], t: np.nd
     chosen = [list(solved)[k] for k in (1, -1)]
     with new_figure(7.0, 6.4) as figure:
         path, graph, prices = figure.subplots(3, 1, height_ratios=(1.3, 1.2, 1.0))
-        cases = [("no limit", free, COLOURS[5])]
-        cases += [(f"at most {v:g} m/s", solved[v], c) for v, c in zip(chosen, (COLOURS[0], COLOURS[1]), strict=True)]
+        # As in the player: without a limit orange, the tightest blue.
+        cases, colours = [("no limit", free, COLOURS[1])], (COLOURS[2], COLOURS[0])
+        cases += [(f"at most {v:g} m/s", solved[v], c) for v, c in zip(chosen, colours, strict=True)]
         for label, solution, colour in cases:
             points = solution.motion(t)
             path.plot(*points.T, color=colour, label=label)
             graph.plot(t, speed(solution.motion, t), color=colour)
-        for v, colour in zip(chosen, (COLOURS[0], COLOURS[1]), strict=True):
+        for v, colour in zip(chosen, colours, strict=True):
             graph.axhline(v, color=colour, linestyle=":", linewidth=1.0)
         path.plot(*KEY_PLACES.T, "o", color=COLOURS[5])
         path.set_aspect("equal")
@@ -257,7 +258,7 @@ def _camera_figure(free: sm.Solution, solved: dict[float, sm.Solution], t: np.nd
         graph.set_ylabel("speed [m/s]")
         times = np.linspace(KEY_TIMES[0], KEY_TIMES[-1], count)
         width = (times[1] - times[0]) * 0.4
-        for k, (v, colour) in enumerate(zip(chosen, (COLOURS[0], COLOURS[1]), strict=True)):
+        for k, (v, colour) in enumerate(zip(chosen, colours, strict=True)):
             prices.bar(times + (k - 0.5) * width, solved[v].multipliers["speed"], width, color=colour)
         prices.set_ylabel("multiplier λ [1/s]")
         prices.set_xlabel("time [s]")

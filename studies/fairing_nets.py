@@ -12,7 +12,7 @@ from symmotion.fairing import Coordinates, FairingResult, Jumps
 from symmotion.motions.nets import noisy_net, smooth_net
 from symmotion.motions.two_parameter import TwoParameterMotion
 from symmotion.report import Figure, Player
-from symmotion.report.bodies import Mesh, jug, read_teapot
+from symmotion.report.bodies import QuadMesh, jug, read_teapot
 from symmotion.report.fairing_figures import (
     Image,
     draw_bodies,
@@ -68,7 +68,7 @@ def largest_jumps(motion: TwoParameterMotion, parts: str | None = None, length: 
     return float(at_knots), float(max(np.linalg.norm(a, axis=-1).max() for a in along))
 
 
-def body() -> tuple[Mesh, str, str]:
+def body() -> tuple[QuadMesh, str, str]:
     """The teapot, or a jug of the project's own where it is not there; its name; a note for the report."""
     if TEAPOT.is_file():
         return read_teapot(TEAPOT, 3), "teapot", f"Body: {TEAPOT.name} (M. Newell 1975)."
@@ -123,7 +123,7 @@ def fairness_figure(result: FairingResult, name: str = "fairness") -> Figure:
         )
 
 
-def turning_player(motions: Sequence[TwoParameterMotion], mesh: Mesh, caption: str) -> Player:
+def turning_player(motions: Sequence[TwoParameterMotion], mesh: QuadMesh, caption: str) -> Player:
     """A body along the middle curve v = const of a motion, before and after."""
     middle = sum(motions[0].domain[1]) / 2
     curves = {title: motion.isoparametric(v=middle) for title, motion in zip(TITLES, motions, strict=True)}
@@ -131,7 +131,7 @@ def turning_player(motions: Sequence[TwoParameterMotion], mesh: Mesh, caption: s
 
 
 def positions_figure(
-    motions: Sequence[TwoParameterMotion], mesh: Mesh, name: str, caption: str, *, controls: bool, spread: float
+    motions: Sequence[TwoParameterMotion], mesh: QuadMesh, name: str, caption: str, *, controls: bool, spread: float
 ) -> Figure:
     """A body at the control positions, or along the motion, before and after."""
     with new_figure(7.0, 3.9) as figure:
@@ -143,7 +143,7 @@ def positions_figure(
 
 
 def _draw_positions(
-    axes: Axes, motion: TwoParameterMotion, mesh: Mesh, controls: bool, spread: float, colour: str
+    axes: Axes, motion: TwoParameterMotion, mesh: QuadMesh, controls: bool, spread: float, colour: str
 ) -> None:
     direction = (0.0, -1.0, 1.4)
     if not controls:

@@ -12,7 +12,8 @@ from symmotion.motions.quaternion_interpolation import interpolate_quaternions
 from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.players import player
-from symmotion.report.spheres import draw_outlines, view_from
+from symmotion.report.spheres import draw_outlines
+from symmotion.report.views import view_from
 
 VIEW = view_from([1.0, -2.6, 1.5])
 TIMES = np.array([0.0, 1.0, 1.8, 3.2, 4.0, 5.0])
@@ -80,7 +81,7 @@ def run(options: StudyOptions) -> StudyResult:
                 draw_outlines(
                     axes, lambda p, m=motion, s=s: m.trajectory(p, s), _wedge(), (COLOURS[5],), alpha=0.18, view=VIEW
                 )
-        picture = to_figure(figure, "body", "A body through six keyframes, dark (KKS figure 10).")
+        picture = to_figure(figure, "body", "A body through six keyframes, in ink (KKS figure 10).")
     keys = sm.Keyframes(TIMES, *spline(TIMES))
     caption = "A body through six keyframes, grey (KKS figure 10)."
     moving = player("body", shown, _wedge(), caption, keys, picture=picture, direction=VIEW[:, 2])

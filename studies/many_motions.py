@@ -214,7 +214,7 @@ def _memory_figure(memory: dict[str, list[tuple[int, float]]]) -> Figure:
             )
         axes.set_ylim(0, 1.15 * max(size for rows in memory.values() for _, size in rows))
         axes.set_xlabel("solves")
-        axes.set_ylabel("resident memory (MB)")
+        axes.set_ylabel("resident memory [MB]")
         axes.legend(loc="lower right")
         return to_figure(figure, "memory", "Memory of a fresh process over solves whose solutions are not kept.")
 

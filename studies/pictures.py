@@ -1,4 +1,4 @@
-"""The pictures by one call: `plot` of a motion, a solution, a comparison and a fairing, as the README shows them."""
+"""The pictures of the README: a body before and after, and `plot` of a motion, solution, comparison and fairing."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,6 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import symmotion as sm
+from studies import planar_keyframes
+from studies.several_keyframes import draw_both, start_of
 from symmotion.motions.nets import noisy_net, smooth_net
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.canvas import FONT, HEIGHT, WIDTH, fit_height
@@ -44,10 +46,11 @@ def run(options: StudyOptions) -> StudyResult:
     ]
     if options.full:
         pictures += _others(solution, faired, net)
-    figures = tuple(_as_on_paper(name, draw, caption) for name, draw, caption in pictures)
+    both = draw_both(planar_keyframes.draw, "A body of eight ellipses", start_of(flat.program), flat.motion)
+    figures = (on_paper(replace(both, name="body")), *(_drawn(*picture) for picture in pictures))
     runs = tuple(Run.of("space, R + E/1000", s) for s in comparison.solutions)
     runs = (Run.of("plane, R*", flat), *runs)
-    rows = tuple((f.name, f.caption.split(": ")[0], len(f.svg) / 1e3) for f in figures)
+    rows = tuple((f.name, f.caption.split(": ")[0], len(f.svg) / 1e3) for f in figures[1:])
     table = Table("pictures", (Column("picture"), Column("call"), Column("size", "kB")), rows)
     steps = ", ".join(f"{s.method} {s.iterations}" for s in comparison.solutions)
     conclusion = (
@@ -86,16 +89,19 @@ def _others(solution: sm.Solution, faired: sm.FairingResult, net: sm.TwoParamete
     ]
 
 
-def _as_on_paper(name: str, draw: Callable[[Axes], Any], caption: str) -> Figure:
-    """A picture in black on white wherever it is shown: a README takes no colour from its page."""
+def on_paper(figure: Figure) -> Figure:
+    """A figure in black on white wherever it is shown: a README takes no colour from its page."""
+    svg = figure.svg.replace("currentColor", "#000000").replace("fill: none", "fill: #ffffff", 1)
+    return replace(figure, svg=svg)
+
+
+def _drawn(name: str, draw: Callable[[Axes], Any], caption: str) -> Figure:
     with new_figure(WIDTH, HEIGHT) as figure:
         matplotlib.rcParams.update(FONT)
         axes = figure.add_subplot()
         draw(axes)
         fit_height(axes)
-        drawn = to_figure(figure, name, caption)
-    svg = drawn.svg.replace("currentColor", "#000000").replace("fill: none", "fill: #ffffff", 1)
-    return replace(drawn, svg=svg)
+        return on_paper(to_figure(figure, name, caption))
 
 
-STUDY = Study("pictures", "What do the pictures by one call show?", "README", run, order=95)
+STUDY = Study("pictures", "What do the pictures of the README show?", "README", run, order=95)

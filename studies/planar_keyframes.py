@@ -13,10 +13,11 @@ KEYFRAMES = sm.examples.planar_keyframes()
 
 
 def run(options: StudyOptions) -> StudyResult:
-    return before_and_after(KEYFRAMES, _draw, eight_ellipses(), "A body of eight ellipses", options)
+    return before_and_after(KEYFRAMES, draw, eight_ellipses(), "A body of eight ellipses", options)
 
 
-def _draw(axes: Axes, motion: sm.AffineMotion) -> None:
+def draw(axes: Axes, motion: sm.AffineMotion) -> None:
+    """A flower of eight ellipses between the keyframes and, in ink, at them."""
     between = np.linspace(*motion.domain, 13)
     draw_body(axes, motion, eight_ellipses(), between, COLOURS[0], 0.18)
     draw_body(axes, motion, eight_ellipses(), KEYFRAMES.times, COLOURS[5], 0.55)

@@ -13,7 +13,8 @@ from symmotion.motions.slerps import slerp_curve
 from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.players import player, turning
-from symmotion.report.spheres import draw_curve, draw_points, draw_sphere, view_from
+from symmotion.report.spheres import draw_curve, draw_points, draw_sphere
+from symmotion.report.views import view_from
 
 # Recorded data lies beside the checkout, not in it.
 ROTATIONS = Path(__file__).resolve().parents[2] / "shared" / "data" / "PALEOMAP_PlateModel.rot"
@@ -138,7 +139,7 @@ def _speeds(motion, t: np.ndarray, site: np.ndarray) -> tuple[float, float]:
 def _rates(motions, t: np.ndarray, ages: np.ndarray):
     with new_figure(7.0, 3.0) as figure:
         axes = figure.subplots()
-        colours = ("#000000", COLOURS[4], COLOURS[0], COLOURS[1], COLOURS[2])
+        colours = ("#000000", COLOURS[1], COLOURS[2], COLOURS[3], COLOURS[0])
         for (name, motion), colour in zip(motions.items(), colours, strict=True):
             rate = np.rad2deg(np.linalg.norm(motion.jet(t, 1).rate, axis=1))
             axes.plot(t, rate, color=colour, label=name, linewidth=0.8 if name == "slerp" else 1.3)
@@ -165,7 +166,7 @@ def _path(motions, t: np.ndarray, ages: np.ndarray, q: np.ndarray, site: np.ndar
     with new_figure(5.0, 4.6) as figure:
         axes = figure.subplots()
         draw_sphere(axes, view)
-        for name, colour in (("least ∫‖Ω̇‖²", COLOURS[0]), ("within 2°", COLOURS[2])):
+        for name, colour in (("least ∫‖Ω̇‖²", COLOURS[2]), ("within 2°", COLOURS[0])):
             draw_curve(axes, rotate(motions[name](t), site), colour, label=name, linewidth=1.3, view=view)
         draw_points(axes, rotate(q, site), size=3, view=view)
         figure.legend(loc="outside upper left", ncols=2)

@@ -7,7 +7,8 @@ from symmotion.motions.quaternion_algebra import exp
 from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.players import player, turning, wedge
-from symmotion.report.spheres import draw_curve, draw_points, draw_sphere, on_sphere, view_from
+from symmotion.report.spheres import draw_curve, draw_points, draw_sphere, on_sphere
+from symmotion.report.views import view_from
 from symmotion.splines import BSplineBasis
 from symmotion.splines.cumulative import cumulative
 

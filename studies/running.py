@@ -65,7 +65,11 @@ def _run_parallel(chosen: Sequence[Study], options: StudyOptions, jobs: int, dis
     with context.Manager() as manager, ProcessPoolExecutor(jobs, mp_context=context) as pool:
         steps = manager.Queue()
         studies_of = {pool.submit(_run_reporting, study, options, steps): study for study in chosen}
-        return _collect(chosen, studies_of, display, steps)
+        try:
+            return _collect(chosen, studies_of, display, steps)
+        except BaseException:  # an interrupt: those that have not begun shall not
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _collect(

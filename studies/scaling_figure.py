@@ -82,7 +82,12 @@ def phases_figure(division: Division) -> Figure:
             ends = ends + widths
         for row, end in enumerate(ends):
             axes.annotate(
-                f"{end:.3g} ms", (end, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8
+                f"{float(f'{end:.3g}'):g} ms",
+                (end, row),
+                xytext=(4, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=8,
             )
         axes.invert_yaxis()
         axes.set_xlim(0, 1.12 * ends.max())

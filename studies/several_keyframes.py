@@ -8,7 +8,8 @@ import symmotion as sm
 from symmotion.report import Column, Figure, Run, StudyOptions, StudyResult, Table
 from symmotion.report.drawing import draw_inner_products
 from symmotion.report.figures import convergence_figure, new_figure, to_figure
-from symmotion.report.players import Shape, player
+from symmotion.report.players import player
+from symmotion.report.stills import Shape
 
 Draw = Callable[[Axes, sm.AffineMotion], None]
 ROTATIONAL_ENERGY = sm.JetEnergy(lambda jet: jet.ddA, squares=True, label="rotational energy")
@@ -59,7 +60,7 @@ def before_and_after(keys: sm.Keyframes, draw: Draw, body: Shape, name: str, opt
         "their mixed products stay near zero where the keyframes have no shear."
     )
     first = [r for r in runs if r.case.endswith(": 1")]
-    pictures = _pictures(draw, name, start, best.motion)
+    pictures = draw_both(draw, name, start, best.motion)
     shown = {"interpolating spline": start, "least R*": best.motion}
     caption = "Before and after: the C² cubic interpolant and the motion of least R*. Grey: the keyframes."
     moving = player("motions", shown, body, caption, keys, picture=pictures)
@@ -76,7 +77,8 @@ def start_of(program: sm.Program) -> sm.AffineMotion:
     return program.design.motion(program.start)
 
 
-def _pictures(draw: Draw, body: str, start: sm.AffineMotion, best: sm.AffineMotion) -> Figure:
+def draw_both(draw: Draw, body: str, start: sm.AffineMotion, best: sm.AffineMotion) -> Figure:
+    """A body under the interpolating spline, and below it under the optimum."""
     with new_figure(7.0, 4.6) as figure:
         for axes, motion, title in zip(
             figure.subplots(2, 1), (start, best), ("interpolating spline", "least R*"), strict=True
@@ -87,7 +89,7 @@ def _pictures(draw: Draw, body: str, start: sm.AffineMotion, best: sm.AffineMoti
             figure,
             "motions",
             f"{body} under the C² cubic interpolant and under the motion of least R* with one inserted knot per "
-            "segment. Dark: the keyframes.",
+            "segment. In ink: the keyframes.",
         )
 
 

@@ -163,7 +163,7 @@ def _kkt_figure() -> Figure:
             sm.examples.random_keyframes(6, 40, 0), objective=sm.Rigidity() + sm.TrajectoryEnergy(np.eye(3))
         ),
     }
-    with new_figure(7.0, 3.6) as figure:
+    with new_figure(7.0, 3.9) as figure:
         for axes, program in zip(figure.subplots(1, 2), programs.values(), strict=True):
             draw_kkt(axes, program)
             axes.set_xlabel(f"objective {program.design.objective.name}")

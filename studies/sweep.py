@@ -3,16 +3,18 @@
 from typing import Any
 
 import numpy as np
-from matplotlib.collections import PolyCollection
 
 from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.pose import PoseMotion
 from symmotion.motions.quaternion import QuaternionMotion
 from symmotion.motions.quaternion_algebra import exp
 from symmotion.report import Column, Study, StudyOptions, StudyResult, Table
+from symmotion.report.bodies import grid_mesh
+from symmotion.report.fairing_figures import draw_bodies
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.players import player
-from symmotion.report.spheres import draw_outlines, view_from
+from symmotion.report.spheres import draw_outlines
+from symmotion.report.views import view_from
 from symmotion.splines import BSplineBasis, Spline
 
 VIEW = view_from([1.5, -2.5, 1.8])
@@ -53,7 +55,9 @@ def run(options: StudyOptions) -> StudyResult:
             draw_outlines(above, lambda p, s=s: motion.trajectory(p, s), [section], (COLOURS[0],), view=VIEW)
         path = motion(t).translation @ VIEW
         above.plot(path[:, 0], path[:, 1], color="#000000", linewidth=0.8)
-        _draw_surface(below, surface)
+        round_ = grid_mesh(np.concatenate([surface, surface[:, :1]], axis=1))
+        draw_bodies(below, np.eye(3), np.zeros(3), round_, VIEW[:, 2])
+        figure.set_dpi(200)
         picture = to_figure(
             figure,
             "sweep",
@@ -84,27 +88,6 @@ def run(options: StudyOptions) -> StudyResult:
         direction=VIEW[:, 2],
     )
     return StudyResult((table,), (picture,), (), conclusion, players=(moving,))
-
-
-def _draw_surface(axes, surface: np.ndarray) -> None:
-    """A surface of quadrilaterals (T, P, 3), closed in P, back to front, shaded by its normals."""
-    seen = surface @ VIEW
-    around = np.roll(seen, -1, axis=1)
-    quads = np.stack([seen[:-1], around[:-1], around[1:], seen[1:]], axis=2).reshape(-1, 4, 3)
-    normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
-    size = np.linalg.norm(normal, axis=1)
-    light = np.abs(normal @ [0.35, 0.55, 0.75]) / np.where(size > 0, size, 1.0)
-    order = np.argsort(quads[:, :, 2].mean(axis=1))
-    base = np.array([0.0, 0.447, 0.698])
-    shade = base * (0.35 + 0.65 * light[:, None]) + 0.25 * light[:, None] ** 4
-    colours = np.clip(shade, 0, 1)[order]
-    axes.add_collection(
-        PolyCollection(list(quads[order, :, :2]), facecolors=colours, edgecolors=colours, linewidths=0.3)
-    )
-    axes.set_aspect("equal")
-    axes.autoscale_view()
-    axes.grid(False)
-    axes.set_axis_off()
 
 
 STUDY = Study(

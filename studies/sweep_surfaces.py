@@ -8,16 +8,17 @@ from numpy.typing import ArrayLike
 
 import symmotion as sm
 from studies.several_keyframes import start_of
-from studies.swept_volumes import where_solvers_end
-from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
+from studies.swept_volumes import columns, where_solvers_end
+from symmotion.report import Figure, Player, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.meshes import draw_curve, draw_mesh
 from symmotion.report.players import player
-from symmotion.report.spheres import view_from
+from symmotion.report.views import view_from
 from symmotion.sweeps import SweepSurface, sweep_surface
 
 BAND_VIEW = view_from([0.6, -2.0, 2.2])
 ABOVE = view_from([1.2, -2.4, 1.3])
+Rows = list[tuple[Any, ...]]
 RIGIDITY = sm.Rigidity(2)
 # Square body points, for the paths: R* alone does not see the translation.
 PATHS = sm.TrajectoryEnergy(np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, 1.0, 0], [0, -1.0, 0]]))
@@ -88,9 +89,9 @@ SHAPES: dict[str, tuple[Callable[[], sm.Keyframes], sm.Spline, np.ndarray]] = {
 
 def run(options: StudyOptions) -> StudyResult:
     runs: list[Run] = []
-    rows: list[tuple[Any, ...]] = []
-    nets: list[tuple[Any, ...]] = []
-    areas: list[tuple[Any, ...]] = []
+    rows: Rows = []
+    nets: Rows = []
+    areas: Rows = []
     surfaces: dict[str, dict[str, SweepSurface]] = {}
     players: list[Player] = []
     for name, (keyframes, profile, view) in SHAPES.items():
@@ -102,11 +103,8 @@ def run(options: StudyOptions) -> StudyResult:
             raise sm.SolveError(f"no solver solved {name}")
         surfaces[name] = {}
         carried = {"interpolating spline": start_of(program), "optimum": comparison.best.motion}
-        curve = profile(np.linspace(*profile.domain, 65))
-        if not np.allclose(curve[0], curve[-1]):
-            curve = np.concatenate([curve, curve[-2:0:-1]])  # there and back: without area, a line
         caption = f"Before and after: the profile that sweeps the {name}. Grey: the keyframes."
-        players.append(player(name, carried, [curve], caption, keyframes(), direction=view[:, 2]))
+        players.append(player(name, carried, [_outline(profile)], caption, keyframes(), direction=view[:, 2]))
         for kind, motion in carried.items():
             surface = surfaces[name][kind] = sweep_surface(motion, profile)
             measures = (sm.measure(motion, e) for e in (OBJECTIVE, RIGIDITY, PATHS))
@@ -116,28 +114,21 @@ def run(options: StudyOptions) -> StudyResult:
         areas += _refinement(name, surfaces[name]["optimum"], (20, 40, 80, 160, 320) if options.full else (20, 40, 80))
     motions = Table(
         "motions",
-        (
-            Column("surface"),
-            Column("motion"),
-            Column("R* + E / 100"),
-            Column("R*"),
-            Column("E"),
-            Column("area of the surface"),
-        ),
+        columns("surface", "motion", "R* + E / 100", "R*", "E", "area of the surface"),
         tuple(rows),
         "R*: how far the squared lengths and the products of the unit vectors are from changing linearly; E: the "
         "bending of the paths of four body points. The area is that of a mesh of 160 × 160 pieces.",
     )
     exact = Table(
         "control nets",
-        (
-            Column("surface"),
-            Column("net in u"),
-            Column("net in t"),
-            Column("degrees"),
-            Column("largest |S − (v + A C)|"),
-            Column("the same for S_ut"),
-            Column("size of the surface"),
+        columns(
+            "surface",
+            "net in u",
+            "net in t",
+            "degrees",
+            "largest |S − (v + A C)|",
+            "the same for S_ut",
+            "size of the surface",
         ),
         tuple(nets),
         "The tensor-product spline with the net vⱼ + Aⱼcᵢ against the motion applied to the profile, at 41 × 41 "
@@ -145,23 +136,34 @@ def run(options: StudyOptions) -> StudyResult:
     )
     refinement = Table(
         "meshes",
-        (Column("surface"), Column("pieces along each side"), Column("triangles"), Column("area"), Column("order")),
+        columns("surface", "pieces along each side", "triangles", "area", "order"),
         tuple(areas),
         "Order: log₂ of the ratio of successive differences when the pieces are halved.",
     )
+    figures = (_band(surfaces["band"]), _shapes(surfaces))
+    return StudyResult(
+        (motions, exact, refinement), figures, tuple(runs), _said(runs, rows, nets, areas), players=tuple(players)
+    )
+
+
+def _outline(profile: sm.Spline) -> np.ndarray:
+    """A profile as a closed polygon, (N, 3); an open one goes there and back: without area, a line."""
+    curve = profile(np.linspace(*profile.domain, 65))
+    return curve if np.allclose(curve[0], curve[-1]) else np.concatenate([curve, curve[-2:0:-1]])
+
+
+def _said(runs: list[Run], rows: Rows, nets: Rows, areas: Rows) -> str:
     error = max(n[4] / n[6] for n in nets)
     orders = [a[4] for a in areas if a[4] is not None]
     gains = [f"{a[0]} {a[3]:.4g} to {b[3]:.4g}" for a, b in zip(rows[::2], rows[1::2], strict=True)]
     certified = sum(r.certified for r in runs)
-    conclusion = (
+    return (
         f"The sweep of a spline profile under an affine spline motion is one tensor-product spline: its net "
         f"vⱼ + Aⱼcᵢ reproduces v + A C to {error:.1g} of the surface's size.\n\n"
         f"Between the same sections the optimum lowers R* against the interpolating spline: {', '.join(gains)}. "
         f"{certified} of {len(runs)} runs are certified. {where_solvers_end(runs)}\n\n"
         f"The areas of the meshes converge with orders {min(orders):.3g} to {max(orders):.3g}."
     )
-    figures = (_band(surfaces["band"]), _shapes(surfaces))
-    return StudyResult((motions, exact, refinement), figures, tuple(runs), conclusion, players=tuple(players))
 
 
 def _exactness(surface: SweepSurface, motion: sm.AffineMotion, profile: sm.Spline) -> tuple[Any, ...]:
@@ -202,7 +204,7 @@ def _band(surfaces: dict[str, SweepSurface]) -> Figure:
         return to_figure(
             figure,
             "band",
-            "An open profile under an affine motion through five keyframes, dark (HJK figure 6a).",
+            "An open profile under an affine motion through five keyframes, in ink (HJK figure 6a).",
         )
 
 

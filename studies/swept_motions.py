@@ -6,6 +6,9 @@ import numpy as np
 
 import symmotion as sm
 from symmotion.motions import Affine
+from symmotion.sweeps import MovingEllipsoid
+
+BALL = 4 / 3 * np.pi  # the volume of the unit ball
 
 
 @dataclass(frozen=True)
@@ -78,3 +81,24 @@ def kneaded() -> sm.AffineMotion:
     sizes = np.column_stack([stretch, stretch**-0.5, stretch**-0.5])
     values = np.column_stack([(sizes[:, :, None] * np.eye(3)).reshape(9, 9), 0.6 * t, 0 * t, 0.2 * t])
     return sm.AffineMotion.from_spline(sm.cubic_interpolant(t, values), 3)
+
+
+def closed_forms() -> dict[str, tuple[MovingEllipsoid, float, float | None]]:
+    """Moving ellipsoids with the volumes that they sweep and the areas, None where there is no simple closed form."""
+    skew, goes = np.array([[1.2, 0.3, 0.0], [0.0, 0.7, 0.2], [0.1, 0.0, 0.5]]), np.array([3.0, 1.0, -0.5])
+    line = sm.BSplineBasis.clamped([0, 1], 1)
+    length, det = float(np.linalg.norm(goes)), float(np.linalg.det(skew))
+    ends = np.array([0 * goes, goes])
+    return {
+        "translated ellipsoid": (
+            MovingEllipsoid(sm.AffineMotion(line, np.array([skew, skew]), ends)),
+            BALL * det + np.pi * det * float(np.linalg.norm(np.linalg.solve(skew, goes))),
+            None,
+        ),
+        "capsule": (
+            MovingEllipsoid(sm.AffineMotion(line, np.tile(np.eye(3), (2, 1, 1)), ends), 0.5),
+            BALL / 8 + np.pi * length / 4,
+            np.pi + np.pi * length,
+        ),
+        "torus": (MovingEllipsoid(Circle(2.0), 0.5), np.pi**2, 4 * np.pi**2),
+    }

@@ -1,24 +1,23 @@
 """HJK figure 5: the volumes that an ellipsoid sweeps, through keyframes in space and as the letter S."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 import symmotion as sm
 from studies.several_keyframes import start_of
-from studies.swept_motions import Circle, breathing, kneaded, letter_s, loop
+from studies.swept_motions import BALL, breathing, closed_forms, kneaded, letter_s, loop
 from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
 from symmotion.report.bodies import ellipsoid_mesh
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.meshes import draw_curve, draw_mesh
 from symmotion.report.players import player
-from symmotion.report.spheres import VIEW, view_from
+from symmotion.report.views import VIEW, view_from
 from symmotion.sweeps import Mesh, MovingEllipsoid, SweptVolume, characteristic_curves, swept_volume
 
 FRONT = view_from([0.55, -2.6, 0.75])
 ABOVE = view_from([0.9, -1.6, 2.6])
-BALL = 4 / 3 * np.pi
 OBJECTIVE = sm.Rigidity(2)
 # name: keyframes, semi-axes, view
 SWEEPS: dict[str, tuple[Callable[[], sm.Keyframes], tuple[float, ...], np.ndarray]] = {
@@ -28,15 +27,55 @@ SWEEPS: dict[str, tuple[Callable[[], sm.Keyframes], tuple[float, ...], np.ndarra
 }
 
 
+def columns(*names: str) -> tuple[Column, ...]:
+    """Columns without units."""
+    return tuple(map(Column, names))
+
+
+class Sweeps(NamedTuple):
+    """What the solvers and the envelopes of all sweeps came to."""
+
+    runs: list[Run]
+    players: list[Player]
+    rows: list[tuple[Any, ...]]
+    best: dict[str, SweptVolume]
+
+
 def run(options: StudyOptions) -> StudyResult:
     options.progress("closed forms")
     oracles, worst, orders = _oracles((7, 14, 28, 56) if options.full else (7, 14, 28))
     slices, divisions, samples = (192, 48, 2**20) if options.full else (56, 18, 2**15)
+    sweeps = _sweeps(options, slices, divisions, samples)
+    options.progress("outer boundaries")
+    outer = {"slices": slices, "divisions": divisions + divisions // 2}
+    overlaps = [(name, *_overlap(s, swept_volume(s.body, "implicit", **outer))) for name, s in sweeps.best.items()]
+    options.progress("characteristic curves")
+    bodies = {name: s.body for name, s in sweeps.best.items()}
+    bodies |= {"breathing ball": MovingEllipsoid(breathing()), "kneaded ball": MovingEllipsoid(kneaded())}
+    counted = {name: _loop_counts(body) for name, body in bodies.items()}
+    meshes = {name: swept_volume(body, slices=slices, divisions=divisions // 2).mesh for name, body in bodies.items()}
+    options.progress("figures")
+    shown = {name: bodies[name] for name in ("ellipsoid", "breathing ball", "kneaded ball")}
+    conclusion = (
+        f"{sum(m.closed for m in meshes.values())} of {len(meshes)} envelope meshes are closed. They reach the closed "
+        f"forms to {worst:.2g} of volume and area at the finest step; halving the steps divides the error of the "
+        f"volume by 2 to the power {orders[0]:.3g} to {orders[1]:.3g}.\n\n{_said_of_overlap(overlaps)}\n\n"
+        f"{_said_of_curves(counted)}\n\n{where_solvers_end(sweeps.runs)}"
+    )
+    return StudyResult(
+        (oracles, _volumes(sweeps.rows), _overlaps(overlaps), _loops(counted, meshes)),
+        (_picture(sweeps.best), _curves(shown)),
+        tuple(sweeps.runs),
+        conclusion,
+        players=tuple(sweeps.players),
+    )
+
+
+def _sweeps(options: StudyOptions, slices: int, divisions: int, samples: int) -> Sweeps:
     runs: list[Run] = []
-    rows: list[tuple[Any, ...]] = []
-    overlaps: list[tuple[Any, ...]] = []
-    swept: dict[str, SweptVolume] = {}
     players: list[Player] = []
+    rows: list[tuple[Any, ...]] = []
+    best: dict[str, SweptVolume] = {}
     for name, (keyframes, axes, view) in SWEEPS.items():
         options.progress(name)
         program = sm.affine_program(keyframes(), objective=OBJECTIVE)
@@ -45,100 +84,97 @@ def run(options: StudyOptions) -> StudyResult:
         if comparison.best is None:
             raise sm.SolveError(f"no solver solved {name}")
         motions = {"interpolating spline": start_of(program), "least R*": comparison.best.motion}
-        caption = f"Before and after: the ellipsoid that sweeps the {name}. Grey: the keyframes."
+        caption = f"Before and after: the body of the sweep “{name}”. Grey: the keyframes."
         shape, slug = ellipsoid_mesh(axes), name.replace(" ", "-")
         players.append(player(slug, motions, shape, caption, keyframes(), direction=view[:, 2]))
         for kind, motion in motions.items():
-            body = MovingEllipsoid(motion, axes)
-            swept[name] = swept_volume(body, slices=slices, divisions=divisions, samples=samples)
-            sizes = (
-                BALL
-                * np.prod(axes)
-                * np.linalg.det(motion(np.linspace(motion.domain[0], motion.domain[1], 401)).linear)
-            )
-            measured = (swept[name].volume, swept[name].area, sizes.min(), sizes.max())
+            swept = swept_volume(MovingEllipsoid(motion, axes), slices=slices, divisions=divisions, samples=samples)
+            t = np.linspace(motion.domain[0], motion.domain[1], 401)
+            sizes = BALL * np.prod(axes) * np.linalg.det(motion(t).linear)
+            measured = (swept.volume, swept.area, float(sizes.min()), float(sizes.max()))
             rows.append((name, kind, sm.measure(motion, OBJECTIVE), *measured))
-        outer = swept_volume(swept[name].body, "implicit", slices=slices, divisions=divisions + divisions // 2)
-        overlaps.append((name, *_overlap(swept[name], outer)))
-    volumes = Table(
+            best[name] = swept  # the last is the best
+    return Sweeps(runs, players, rows, best)
+
+
+def _volumes(rows: list[tuple[Any, ...]]) -> Table:
+    return Table(
         "swept volumes",
-        (
-            Column("sweep"),
-            Column("motion"),
-            Column("R*"),
-            Column("volume of the envelope"),
-            Column("its area"),
-            Column("smallest ellipsoid"),
-            Column("largest ellipsoid"),
+        columns(
+            "sweep", "motion", "R*", "volume of the envelope", "its area", "smallest ellipsoid", "largest ellipsoid"
         ),
         tuple(rows),
         "In the units of the keyframes; the ellipsoids by their volumes along the motion.",
     )
-    overlap = Table(
+
+
+def _overlaps(rows: list[tuple[Any, ...]]) -> Table:
+    return Table(
         "overlap",
-        (
-            Column("sweep"),
-            Column("volume of the envelope"),
-            Column("overlap"),
-            Column("standard error"),
-            Column("volume less overlap"),
-            Column("outer boundary"),
-            Column("its area"),
-            Column("difference, relative"),
+        columns(
+            "sweep",
+            "volume of the envelope",
+            "overlap",
+            "standard error",
+            "volume less overlap",
+            "outer boundary",
+            "its area",
+            "difference, relative",
         ),
-        tuple(overlaps),
+        tuple(rows),
         "The motions of least R*. Where a sweep overlaps itself the envelope has sheets inside, and its volume counts "
         "what was visited twice twice; overlap is that excess, by quasi-Monte Carlo with independent scramblings. The "
         "outer boundary is found in another way, in a grid in space that cuts curved surfaces more coarsely.",
     )
-    options.progress("characteristic curves")
-    bodies = {name: s.body for name, s in swept.items()}
-    bodies |= {"breathing ball": MovingEllipsoid(breathing()), "kneaded ball": MovingEllipsoid(kneaded())}
-    counted = {name: _loop_counts(body) for name, body in bodies.items()}
-    meshes = {name: swept_volume(body, slices=slices, divisions=divisions // 2).mesh for name, body in bodies.items()}
-    loops = Table(
+
+
+def _said_of_overlap(rows: list[tuple[Any, ...]]) -> str:
+    free = [row[0] for row in rows if row[2] <= 3 * row[3]]
+    name, _, overlap, error, less, *_ = rows[-1]
+    return (
+        f"Without overlap, to three standard errors: {', '.join(free) or 'none'}. The {name} overlaps itself by "
+        f"{overlap:.3g} ± {error:.1g}, {100 * overlap / less:.3g} % of the {less:.4g} that remain. Less the overlap, "
+        f"the envelopes agree with the outer boundaries to {100 * max(abs(row[-1]) for row in rows):.2g} %."
+    )
+
+
+def _loops(counted: dict[str, np.ndarray], meshes: dict[str, Mesh]) -> Table:
+    return Table(
         "characteristic curves",
-        (
-            Column("sweep"),
-            Column("times"),
-            Column("no curve"),
-            Column("one loop"),
-            Column("two loops"),
-            Column("triangles of the envelope"),
-            Column("boundary edges"),
-            Column("V − E + F"),
+        columns(
+            "sweep",
+            "times",
+            "no curve",
+            "one loop",
+            "two loops",
+            "triangles of the envelope",
+            "boundary edges",
+            "V − E + F",
         ),
         tuple(
-            (name, len(c), *(int(np.sum(c == k)) for k in range(3)), *_topology(meshes[name]))
-            for name, c in counted.items()
+            (
+                name,
+                len(c),
+                *(int(np.sum(c == k)) for k in range(3)),
+                len(m.triangles),
+                len(m.boundary_edges),
+                m.euler_characteristic,
+            )
+            for (name, c), m in zip(counted.items(), meshes.values(), strict=True)
         ),
         "At how many equally spaced times the envelope touches the ellipsoid along how many closed curves, and the "
         "mesh that marching tetrahedra in sphere × time make of it and of the ends.",
     )
-    options.progress("figures")
-    shown = {name: bodies[name] for name in ("ellipsoid", "breathing ball", "kneaded ball")}
-    free = [o[0] for o in overlaps if o[2] <= 3 * o[3]]
-    crossed = overlaps[-1]
+
+
+def _said_of_curves(counted: dict[str, np.ndarray]) -> str:
     silent, split = counted["breathing ball"], counted["kneaded ball"]
-    conclusion = (
-        f"{sum(m.closed for m in meshes.values())} of {len(meshes)} envelope meshes are closed. They reach the closed "
-        f"forms to {worst:.2g} of volume and area at the finest step; halving the steps divides the error of the "
-        f"volume by 2 to the power {orders[0]:.3g} to {orders[1]:.3g}.\n\n"
-        f"Without overlap, to three standard errors: {', '.join(free) or 'none'}. The {crossed[0]} overlaps itself by "
-        f"{crossed[2]:.3g} ± {crossed[3]:.1g}, {100 * crossed[2] / crossed[4]:.3g} % of the {crossed[4]:.4g} that "
-        f"remain. Less the overlap, the envelopes agree with the outer boundaries to "
-        f"{100 * max(abs(o[-1]) for o in overlaps):.2g} %.\n\n"
+    return (
         f"The breathing ball has no characteristic curve at {int(np.sum(silent == 0))} of {len(silent)} times, when it "
         f"swells or shrinks faster than it moves; the kneaded one has two loops at {int(np.sum(split == 2))} of "
         f"{len(split)}. HJK print the condition without the velocity of the translation; it is needed unless the "
-        f"origin stays in place.\n\n{where_solvers_end(runs)}"
+        "origin stays in place."
     )
-    figures = (_picture(swept), _curves(shown))
-    return StudyResult((oracles, volumes, overlap, loops), figures, tuple(runs), conclusion, players=tuple(players))
-
-
-def _topology(mesh: Mesh) -> tuple[int, int, int]:
-    return len(mesh.triangles), len(mesh.boundary_edges), mesh.euler_characteristic
 
 
 def where_solvers_end(runs: list[Run]) -> str:
@@ -160,26 +196,9 @@ def _overlap(envelope: SweptVolume, outer: SweptVolume) -> tuple[float, ...]:
 
 def _oracles(steps: tuple[int, ...]) -> tuple[Table, float, tuple[float, float]]:
     """The table of errors against closed forms, the largest at the finest step, and the range of orders by volume."""
-    skew, goes = np.array([[1.2, 0.3, 0.0], [0.0, 0.7, 0.2], [0.1, 0.0, 0.5]]), np.array([3.0, 1.0, -0.5])
-    line = sm.BSplineBasis.clamped([0, 1], 1)
-    length, det = float(np.linalg.norm(goes)), float(np.linalg.det(skew))
-    ends = np.array([0 * goes, goes])
-    cases = {
-        "translated ellipsoid": (
-            MovingEllipsoid(sm.AffineMotion(line, np.array([skew, skew]), ends)),
-            BALL * det + np.pi * det * float(np.linalg.norm(np.linalg.solve(skew, goes))),
-            None,
-        ),
-        "capsule": (
-            MovingEllipsoid(sm.AffineMotion(line, np.tile(np.eye(3), (2, 1, 1)), ends), 0.5),
-            BALL / 8 + np.pi * length / 4,
-            np.pi + np.pi * length,
-        ),
-        "torus": (MovingEllipsoid(Circle(2.0), 0.5), np.pi**2, 4 * np.pi**2),
-    }
     rows: list[tuple[Any, ...]] = []
     worst, orders = 0.0, []
-    for name, (body, volume, area) in cases.items():
+    for name, (body, volume, area) in closed_forms().items():
         before: tuple[float, ...] = ()
         for n in steps:
             swept = swept_volume(body, slices=4 * n, divisions=n)
@@ -192,16 +211,16 @@ def _oracles(steps: tuple[int, ...]) -> tuple[Table, float, tuple[float, float]]
         worst = max(worst, *(abs(e) for e in before))
     table = Table(
         "closed forms",
-        (
-            Column("sweep"),
-            Column("divisions"),
-            Column("slices"),
-            Column("triangles"),
-            Column("V − E + F"),
-            Column("error of the volume, relative"),
-            Column("order"),
-            Column("error of the area, relative"),
-            Column("order of the area"),
+        columns(
+            "sweep",
+            "divisions",
+            "slices",
+            "triangles",
+            "V − E + F",
+            "error of the volume, relative",
+            "order",
+            "error of the area, relative",
+            "order of the area",
         ),
         tuple(rows),
         "Against 4π/3 det A + |L| π det A |A⁻¹L/|L||, 4π/3 r³ + πr²L with area 4πr² + 2πrL, and 2π²Rr² with area "
@@ -244,7 +263,7 @@ def _curves(bodies: dict[str, MovingEllipsoid]) -> Figure:
         return to_figure(
             figure,
             "characteristic-curves",
-            "Characteristic curves at 61 or 31 times, in closed form; dark: the outlines of the first and the last "
+            "Characteristic curves at 61 or 31 times, in closed form; in ink: the outlines of the first and the last "
             "position. The breathing ball has none while it swells or shrinks faster than it moves, the kneaded ball "
             "two loops while it is drawn out or pressed flat.",
         )

@@ -14,7 +14,7 @@ from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.rational import CurveMotion
 from symmotion.motions.two_parameter import TwoParameterMotion
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.bodies import Mesh, grid_mesh
+from symmotion.report.bodies import QuadMesh, grid_mesh
 from symmotion.report.fairing_figures import DIRECTION, draw_bodies, draw_isophotes, facing, sample_patch
 from symmotion.report.figures import new_figure, to_figure
 from symmotion.report.players import player
@@ -151,7 +151,7 @@ def distances(one: TwoParameterMotion, other: TwoParameterMotion) -> tuple[float
     )
 
 
-def cutter(size: float) -> Mesh:
+def cutter(size: float) -> QuadMesh:
     """A slim cone with its tip at the origin, its axis the third."""
     angle = np.linspace(0, 2 * np.pi, 9)
     ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(9)], axis=-1)

@@ -188,8 +188,8 @@ def _bounded() -> tuple[str, Figure, Player, list[Run]]:
     slow = np.linalg.norm(held.motion.rate(x), axis=1)
     with new_figure(7.0, 2.8) as figure:
         axes = figure.subplots()
-        axes.plot(x, speeds, color=COLOURS[0], label="least torque")
-        axes.plot(x, slow, color=COLOURS[1], label="least torque, rate bounded")
+        axes.plot(x, speeds, color=COLOURS[1], label="least torque")
+        axes.plot(x, slow, color=COLOURS[0], label="least torque, rate bounded")
         axes.axhline(most, color="#000000", linewidth=0.8, linestyle=":", label="bound")
         axes.set(xlabel="time [s]", ylabel="angular rate [rad/s]")
         figure.legend(loc="outside upper left", ncols=3)

@@ -282,7 +282,7 @@ def _parser() -> argparse.ArgumentParser:
     design.add_argument("--auto-knots", type=int, metavar="N", help="insert at most N knots, where they pay most")
     design.add_argument("--free-times", action="store_true", help="choose the inner keyframe times too, order kept")
     design.add_argument("--ends", default="natural", metavar="NAME", help="of the start: natural, not-a-knot, periodic")
-    design.add_argument("--rate", type=float, metavar="R", help="samples per unit of time; default: 200 in all")
+    design.add_argument("--rate", type=float, metavar="R", help="samples of .csv, .tum per unit of time; default: 200")
     design.add_argument(
         "--orthonormalise", action="store_true", help="write the closest rotation of each sample to .tum"
     )

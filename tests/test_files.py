@@ -195,6 +195,7 @@ MATRIX = "[[1, 0], [0, 1]]"
         ("a.tum", POSE + "\n1 0 0 0 0 0 1\n", "a.tum, line 3: 7 columns, not 8"),
         ("a.kitti", POSE, "a.kitti, line 1: 8 columns, not 12"),
         ("a.tum", POSE + "1 0 0 o 0 0 0 1\n", "a.tum, line 2: 'o' is not a number"),
+        ("a.tum", POSE + "1 1_0 0 0 0 0 0 1\n", "a.tum, line 2: '1_0' is not a number"),
         ("a.tum", "#\n" + POSE + "1 0 0 0 nan 0 0 1\n", "a.tum, line 3: 'nan' is not finite"),
         ("a.kitti", "1 " * 11 + "inf\n", "a.kitti, line 1: 'inf' is not finite"),
         ("a.tum", POSE + "1 0 0 0 0 0 0 0\n", "a.tum, line 2: a quaternion of norm 0: unit quaternions"),

@@ -188,6 +188,10 @@ def test_one_sided_slopes_and_jumps():
     broken = sm.Spline(sm.BSplineBasis([0, 0, 1, 1, 2, 2], 1), np.array([0.0, 1, 3, 2]))
     with pytest.raises(InputError, match="the motion jumps at time 1"):
         spline_keys(broken, np.array([0.0, 1, 2]))
+    with pytest.raises(InputError, match="the motion jumps at time 1"):
+        spline_keys(sm.Spline(broken.basis, 1e6 + 1e-4 * broken.control_points), np.array([0.0, 1, 2]))
+    whole = sm.Spline(broken.basis, np.array([0.0, 1, 1, 2]))  # a knot that could jump and does not
+    np.testing.assert_allclose(spline_keys(whole, np.array([0.0, 1, 2])).values, [0, 1, 2])
 
 
 @pytest.mark.parametrize("turns", [1, 15, 16, 32])

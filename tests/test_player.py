@@ -352,6 +352,10 @@ def test_of_many_motions_one_is_chosen(browser, path):
         assert screen.figure.locator("option").all_inner_texts() == ["× 1", "× 9", "× 0", "all"]
         for label in ("× 1", "× 9", "× 0", "all"):
             screen.figure.locator("select").select_option(label)
+            swatches = screen.figure.locator(".key .swatch")
+            colours = swatches.evaluate_all("(all) => all.map((i) => i.style.backgroundColor)")
+            assert len(set(colours)) == len(colours) == (3 if label == "all" else 1)
+            assert screen.figure.locator(".key").inner_text().split("\n") == (list(three()) if label == "all" else [""])
             seen.add(screen.pixels())
         assert len(seen) == 4
 

@@ -202,6 +202,12 @@ def test_keyframes_are_drawn_numbered_or_left_out_where_they_are_many():
     assert len(polygons(sm.examples.random_keyframes(500, 40, 1).plot(body=np.eye(3)))) == 24
 
 
+def test_bodies_between_the_keyframes_are_drawn_at_times_since_1970_too():
+    late = sm.Keyframes(1.7e9 + PLANAR.times, PLANAR.linear, PLANAR.translation)
+    counts = [len(polygons(sm.component_cubic(k).plot(keyframes=k, body=BOX))) for k in (PLANAR, late)]
+    assert counts == [9 + len(PLANAR) - 2] * 2
+
+
 def test_two_motions_share_axes_with_one_set_of_marks():
     axes = sm.component_cubic(SPATIAL).plot(label="cubic")
     texts = [t.get_text() for t in axes.texts]
@@ -472,4 +478,4 @@ def test_the_pictures_in_the_readme_are_those_of_the_command():
 
 def test_the_long_form_draws_the_other_kinds():
     result = pictures.STUDY.run(replace(StudyOptions(), full=True))
-    assert len(result.figures) == 13
+    assert len(result.figures) == 14

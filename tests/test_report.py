@@ -18,6 +18,7 @@ import symmotion as sm
 from symmotion.report import Column, Figure, Run, StudyRecord, StudyResult, Table, write_report
 from symmotion.report.figures import COLOURS, convergence_figure, new_figure, to_figure
 from symmotion.report.page import duration, shown
+from symmotion.report.svg_paths import shortened
 from symmotion.solvers import Iteration, Status
 
 EVIL = "<script>alert(1)</script>"
@@ -239,6 +240,11 @@ def test_only_certified_minima_count():
     assert StudyResult(runs=(run, bad_run(), run)).certified == 2
 
 
+def test_measured_times_have_fewer_digits():
+    table = Table("speed", (Column("length", "m"), Column("time", "ms"), Column("peak", "MB")), ())
+    assert [c.digits for c in table.columns] == [5, 3, 3]
+
+
 # Figures
 
 
@@ -251,6 +257,44 @@ def test_figures_are_reproducible_and_take_the_ink_of_the_page():
     assert root.get("fill") == "currentColor"
     assert "stroke: currentColor" in figure.svg and COLOURS[0] in figure.svg
     assert not re.search("#000000|<!--|<style|<metadata|<text", figure.svg)
+
+
+def absolute(data):
+    """The corners (N, 2) of a path of lines, as its letters say."""
+    return np.cumsum(np.array(re.findall(r"-?(?:\d+\.?\d*|\.\d+)", data), dtype=float).reshape(-1, 2), axis=0)
+
+
+def apart(points, corners):
+    """The largest distance of points from a polygon line."""
+    a, side = corners[:-1], np.diff(corners, axis=0)
+    share = np.clip(((points[:, None] - a) * side).sum(axis=2) / (side**2).sum(axis=1), 0, 1)
+    return np.linalg.norm(points[:, None] - a - share[..., None] * side, axis=2).min(axis=1).max()
+
+
+def test_short_paths_look_the_same():
+    s = np.linspace(0, 9, 1500)
+    curve = np.column_stack([40 * s, 100 + 90 * np.cos(s * s) * np.exp(-s / 5)])
+    data = "M " + " \nL ".join(f"{x:.6f} {y:.6f}" for x, y in curve) + " \n"
+    made = shortened(data)
+    short = absolute(made)
+    assert apart(curve, short) < 0.15 and apart(short, curve) < 0.15
+    assert len(made) < len(data) / 8
+    assert re.fullmatch(r"M[-\d. ]+l[-\d. ]+", made)
+    assert shortened(data + "z\n" + data) == made + "z" + made
+
+
+@pytest.mark.parametrize(
+    ("data", "text"),
+    [
+        ("M 1 2 \nL 1 2 \n", "M1 2l0 0"),
+        ("M -0.5 10.004 \nL 0.25 -3 \nL 7 7 \nz\n", "M-.5 10l.75-13 6.75 10z"),
+        ("M 0 0.12345 Q 1.98765 2 3 4 z", "M 0 0.12 Q 1.98 2 3 4 z"),
+        ("M 3 4 ", "M3 4"),
+        ("", ""),
+    ],
+)
+def test_short_paths_as_text(data, text):
+    assert shortened(data) == text
 
 
 def test_convergence_has_a_panel_per_case_and_leaves_out_what_was_not_logged():

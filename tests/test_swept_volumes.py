@@ -228,6 +228,9 @@ def test_units_of_length_and_time_and_the_origin_do_not_matter(scale, far, span)
 
 flat = AffineMotion(LINE, np.array([np.eye(3), np.diag([1.0, 1, 0])]))
 turned = AffineMotion(LINE, np.array([np.eye(3), np.diag([1.0, 1, -1])]))
+jumping = AffineMotion(
+    BSplineBasis([0, 0, 0.5, 0.5, 1, 1], 1), np.tile(np.eye(3), (4, 1, 1)), np.outer([0, 1, 5, 6], [1.0, 0, 0])
+)
 planar = AffineMotion(LINE, np.tile(np.eye(2), (2, 1, 1)))
 UP = sliding(np.eye(3), [0, 0, 1.0])
 
@@ -249,6 +252,7 @@ UP = sliding(np.eye(3), [0, 0, 1.0])
         (lambda: MovingEllipsoid(UP, 1.0, [0, 0]), "three finite coordinates"),
         (lambda: swept_volume(MovingEllipsoid(flat)), "flattens the ellipsoid at time 1"),
         (lambda: swept_volume(MovingEllipsoid(turned), slices=5), "inside out, through a flat one, at time 0.6"),
+        (lambda: swept_volume(MovingEllipsoid(jumping)), "the motion jumps at time 0.5: sweep the parts"),
         (lambda: swept_volume(MovingEllipsoid(UP), "hull"), "method 'hull' is unknown; there are envelope, implicit"),  # type: ignore
         (lambda: swept_volume(MovingEllipsoid(UP), slices=2), "slices 2: 3 or more"),
         (lambda: swept_volume(MovingEllipsoid(UP), divisions=0), "divisions 0: 1 or more"),

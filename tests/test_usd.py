@@ -111,7 +111,7 @@ def test_write_motion_chooses_by_the_ending(tmp_path):
         (sm.AffineMotion(sm.BSplineBasis([0, 0, 1, 1, 3, 3], 1), np.arange(16.0).reshape(4, 2, 2)), "m.usda", {},
          "the motion jumps at time 1"),
         (sm.PoseMotion(pose_motion().orientation, broken_path(pose_motion().domain)), "m.usda", {},
-         "the motion jumps at time 2, or"),
+         "the motion jumps at time 2: keys"),
         (pose_motion(), "m.usd", {}, "m.usd: format 'usd' is unknown; there are usda"),
         (pose_motion(), "no/m.usda", {}, "no/m.usda: cannot be written"),
         (pose_motion(), "m.usda", {"tolerance": 0}, "tolerance 0: a positive share"),

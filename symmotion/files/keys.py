@@ -11,13 +11,12 @@ from symmotion.motions import AffineMotion, PoseMotion, QuaternionMotion
 from symmotion.motions.baselines import Interpolant
 from symmotion.motions.motion import Motion
 from symmotion.splines import Spline
+from symmotion.splines.continuity import first_jump
 
 # Where between two keys a deviation is measured; its largest values lie near the middle.
 INSIDE = np.arange(1, 16) / 16
 MOST_KEYS = 100_000
 PART = 512  # intervals at a time, which bounds the memory
-# Sides of a knot that differ by more, relative to the spline's size, are a jump and no rounding.
-JUMP = 1e-9
 # No interval becomes shorter than this times the duration, or than some rounding of the times: there it jumps.
 SHORTEST = 1e-12
 
@@ -80,11 +79,18 @@ def clock(times: np.ndarray, start: float, rate: float) -> np.ndarray:
     return ticks
 
 
+def require_continuous(spline: Spline) -> None:
+    """Raise InputError that names the time of a jump."""
+    if (time := first_jump(spline)) is not None:
+        raise InputError(f"the motion jumps at time {time:g}: keys hold continuous motions")
+
+
 def spline_keys(spline: Spline, times: np.ndarray) -> HermiteKeys:
     """Values and one-sided slopes of a spline at times (K,) that include its breakpoints: exact up to degree 3.
 
     Raises InputError that names the time of a jump.
     """
+    require_continuous(spline)
     b = spline.breakpoints
     piece = np.clip(np.searchsorted(b, times[:-1], side="right") - 1, 0, len(b) - 2)
     # Derivatives at the beginning of a piece are those of the piece; its end belongs to the next one.
@@ -92,11 +98,6 @@ def spline_keys(spline: Spline, times: np.ndarray) -> HermiteKeys:
     tail = (-1, *(1,) * (series[0].ndim - 1))
     ends = [_horner(series, (times[side] - b[piece]).reshape(tail)) for side in (slice(0, -1), slice(1, None))]
     (left, leaving), (right, arriving) = ends
-    gaps = np.abs(right[:-1] - left[1:])
-    jumps = gaps.max(axis=tuple(range(1, gaps.ndim)), initial=0.0)
-    jumping = jumps > JUMP * np.abs(left).max(initial=0.0)
-    if jumping.any():
-        raise InputError(f"the motion jumps at time {times[1:-1][np.argmax(jumping)]:g}: keys hold continuous motions")
     values = np.concatenate([left, right[-1:]])
     return HermiteKeys(times, values, np.concatenate([leaving[:1], arriving]), np.concatenate([leaving, arriving[-1:]]))
 

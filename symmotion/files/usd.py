@@ -12,7 +12,7 @@ from symmotion.files.body import Body, body_of, carried, extent, in_space, place
 from symmotion.files.formats import FilePath, format_of
 from symmotion.files.whole import whole_file
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
-from symmotion.motions import AffineMotion, QuaternionMotion
+from symmotion.motions import AffineMotion, PoseMotion, QuaternionMotion
 from symmotion.motions.motion import Motion
 
 FRAMES_PER_SECOND = 24
@@ -49,8 +49,8 @@ def write_usd(
     size = extent(motion, probes)
     exact = isinstance(motion, AffineMotion) and motion.degree <= 1
     times = key.breakpoints(motion)
-    if isinstance(motion, AffineMotion):
-        key.spline_keys(motion.spline, times)  # refuses jumps
+    if isinstance(motion, AffineMotion | PoseMotion):
+        key.require_continuous(motion.spline if isinstance(motion, AffineMotion) else motion.translation)
 
     def deviations(times: np.ndarray) -> np.ndarray:
         t = key.between(times)

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from symmotion.errors import InputError
 from symmotion.program.kernel import Kernel
 from symmotion.program.mapped import Kernels, Mapped, kernel_function
 from symmotion.program.state import made_of
@@ -32,6 +33,10 @@ class Block:
     data: np.ndarray
 
     __getstate__ = made_of
+
+    def __post_init__(self):
+        if not len(self.weights):
+            raise InputError(f"block {self.name!r} has no nodes: leave it out")
 
     @property
     def count(self) -> int:

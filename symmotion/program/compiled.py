@@ -20,6 +20,7 @@ from symmotion.program import kernel, source
 
 # No contraction to fused multiply-adds and no fast-math: the same bits as the interpreter's.
 FLAGS = ("-O2", "-std=gnu11", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", "-fPIC", "-shared")
+PATIENCE = 120  # seconds; the largest kernels take some
 _BUILDING = threading.Lock()
 
 
@@ -69,7 +70,12 @@ def load(code: str, kind: str, channels: int, squares: bool, build: bool) -> Mac
 def cache_directory() -> Path:
     """Where compiled kernels are kept."""
     own = os.environ.get("SYMMOTION_CACHE")
-    return Path(own) if own else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "symmotion"
+    try:
+        found = Path(own) if own else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "symmotion"
+    except RuntimeError as error:  # of users without an entry in the password file, as in containers
+        raise OSError("there is no home directory; name a cache in $SYMMOTION_CACHE") from error
+    # The linker would look for a bare name elsewhere.
+    return found.absolute()
 
 
 @lru_cache(maxsize=512)
@@ -91,8 +97,8 @@ def _built(code: str, kind: str, channels: int, squares: bool) -> MachineFunctio
         return None
     if not command:
         return _stay_interpreted("no C compiler was found: install gcc or clang, or name one in $CC")
-    path = _path(code, kind, channels, squares)
     try:
+        path = _path(code, kind, channels, squares)
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         _require_own(path.parent)
         # Made beside its place and renamed, so that other processes see it whole or not at all.
@@ -100,14 +106,24 @@ def _built(code: str, kind: str, channels: int, squares: bool) -> MachineFunctio
             part = Path(directory) / "kernel"
             part.with_suffix(".c").write_text(text)
             call = [*command, *FLAGS, str(part.with_suffix(".c")), "-o", str(part.with_suffix(".so")), "-lm"]
-            done = subprocess.run(call, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
-            if done.returncode:
-                first = (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[0]
-                return _stay_interpreted(f"{shlex.join(command)} failed: {first}")
+            failure = _failure(call)
+            if failure:
+                return _stay_interpreted(f"{shlex.join(command)} failed: {failure}")
             part.with_suffix(".so").replace(path)
         return MachineFunction(path)
     except OSError as error:
-        return _stay_interpreted(f"the cache {path.parent} cannot be used: {error}")
+        return _stay_interpreted(f"the cache cannot be used: {error}")
+
+
+def _failure(call: Sequence[str]) -> str:
+    """Run the compiler; what went wrong in a line, empty where nothing did."""
+    try:
+        done = subprocess.run(
+            call, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", timeout=PATIENCE, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return f"it has not ended after {PATIENCE} s"
+    return next(iter(done.stderr.strip().splitlines()), f"exit status {done.returncode}") if done.returncode else ""
 
 
 @lru_cache(maxsize=512)
@@ -119,7 +135,10 @@ def _path(code: str, kind: str, channels: int, squares: bool) -> Path:
 @lru_cache(maxsize=1)
 def _compiler() -> tuple[str, ...]:
     """The compiler's command, empty where there is none."""
-    named = shlex.split(os.environ.get("CC", ""))
+    try:
+        named = shlex.split(os.environ.get("CC", ""))
+    except ValueError:  # a quote without end
+        return ()
     found = shutil.which(named[0]) if named else next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
     return (found, *named[1:]) if found else ()
 

@@ -40,6 +40,12 @@ class Kernel:
         return bool(ca.is_linear(self.out, self.z))
 
     @cached_property
+    def bilinear(self) -> bool:
+        """Whether the slopes of `out` by z depend on the data."""
+        slopes = ca.vec(ca.jacobian(self.out, self.z))
+        return bool(self.data.numel()) and bool(ca.depends_on(slopes, self.data))
+
+    @cached_property
     def quartic(self) -> bool:
         """Whether the term is a polynomial of degree four or less along every line."""
         return bool(ca.is_linear(ca.vec(ca.jacobian(self.out, self.z)), self.z))

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import lru_cache
 from typing import Literal
 
@@ -89,7 +89,10 @@ class Mapped:
         parts = [self._chunks[k * share : (k + 1) * share] for k in range(len(self._workers))]
         pool = _pool(len(self._workers), os.getpid())
         rest = [pool.submit(work, *pair) for pair in zip(self._workers[1:], parts[1:], strict=True)]
-        work(self._workers[0], parts[0])
+        try:
+            work(self._workers[0], parts[0])
+        finally:
+            wait(rest)  # an interrupt must not leave them writing into arrays that are used again
         for future in rest:
             future.result()
 

@@ -151,9 +151,14 @@ class Program:
         raise InputError(f"no constraint {name!r}; there are {', '.join(c.name for c in self.constraints) or 'none'}")
 
     def with_data(self, name: str, data: np.ndarray, **changes: Any) -> "Program":
-        """The same program with other data in one constraint; structure and compiled kernels are kept."""
+        """The same program with other data in one constraint; structure and compiled kernels are kept.
+
+        Structure not where the data are factors of the unknowns: the Jacobian is kept there.
+        """
         target = self.constraint(name)
         fresh = replace(target, block=target.block.with_data(data))
+        if target.block.kernel.bilinear:
+            changes = {"structure": Structure(), **changes}
         return replace(self, constraints=tuple(fresh if c is target else c for c in self.constraints), **changes)
 
     def with_keyframes(self, keyframes: Any) -> "Program":

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, to_rgba
 
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.motion import Motion
@@ -102,8 +102,7 @@ def draw_ellipsoid(
             ring = np.roll(circle, k, axis=1) * semi_axes
             path = motion.trajectory(ring, t) @ view
             colour = COLOURS[5] if ink else COLOURS[k]
-            axes.fill(path[:, 0], path[:, 1], color=colour, alpha=0.12, linewidth=0)
-            axes.plot(path[:, 0], path[:, 1], color=colour, linewidth=1.3 if ink else 0.7)
+            axes.fill(*path.T, facecolor=to_rgba(colour, 0.12), edgecolor=colour, linewidth=1.3 if ink else 0.7)
     path = motion(np.linspace(*motion.domain, 300)).translation @ view
     axes.plot(path[:, 0], path[:, 1], color="#000000", linewidth=0.8, alpha=0.6)
     bare(axes)

@@ -1,42 +1,25 @@
 """Motions as players of the page: sampled to piecewise cubics, with a still picture for where no script runs."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_rgb
 from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes, PoseMotion, QuaternionMotion
 from symmotion.report.bodies import QuadMesh
 from symmotion.report.drawing import letter_k
-from symmotion.report.fairing_figures import DIRECTION, draw_bodies
-from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.fairing_figures import DIRECTION
+from symmotion.report.stills import Moving, Shape, motion_colours, still
 from symmotion.report.values import Body, Figure, Player, Track, require_name
-from symmotion.report.views import bare, draw_faces, lit, view_from
 from symmotion.splines import BSplineBasis, Spline
 
 ACCURACY = 3e-4  # of what the motion spans: a fifth of a pixel of a player
 FIRST, MOST = 9, 129  # times of a track at first and at most
 TOLERATED = 1e-2  # of what the motion spans
 SHORTEST = 1e-6  # of all time: a step within which a motion may jump
-COPIES = 13  # of the body in a still picture
-
-
-class Moving(Protocol):
-    """What a player shows: any motion, of one parameter."""
-
-    @property
-    def domain(self) -> tuple[float, float]: ...
-
-    def __call__(self, t: Any, nu: int = 0, /) -> Affine: ...
-
-
-Shape = QuadMesh | Sequence[np.ndarray]
 
 
 def player(
@@ -80,7 +63,7 @@ def player(
         raise InputError(f"player {name!r}: centre of shape {np.shape(centre)}: ({d},) is needed")
     eye, middle = np.asarray(direction, dtype=float), np.zeros(d) if centre is None else np.asarray(centre, dtype=float)
     if picture is None:
-        picture = _still(name, motions, body, keyframes, eye, middle, caption)
+        picture = still(name, motions, body, keyframes, eye, middle, caption)
     size = max(_extent(m, corners) for m in motions.values())
     radius = float(np.abs(corners).max())
     return Player(
@@ -88,7 +71,7 @@ def player(
         shape,
         tuple(
             sampled(label, colour, motion, corners, ACCURACY * size)
-            for (label, motion), colour in zip(motions.items(), _colours(len(motions)), strict=True)
+            for (label, motion), colour in zip(motions.items(), motion_colours(len(motions)), strict=True)
         ),
         picture,
         caption,
@@ -218,11 +201,6 @@ def _rows(rows: np.ndarray, size: float, radius: float) -> tuple[tuple[float, ..
     return tuple(tuple(row) for row in (rounded + 0.0).tolist())  # without −0
 
 
-def _colours(count: int) -> tuple[str, ...]:
-    """A colour per motion; before and after are orange and blue in all figures."""
-    return (COLOURS[1], COLOURS[0]) if count == 2 else tuple(COLOURS[k % 5] for k in range(count))
-
-
 def _as_body(name: str, body: Shape) -> Body:
     if not isinstance(body, QuadMesh):
         shapes = {np.shape(polygon)[1:] for polygon in body}
@@ -241,68 +219,3 @@ def _as_body(name: str, body: Shape) -> Body:
     # Where corners fall together, at the poles of a grid say, a quadrilateral has three, or fewer.
     distinct = (tuple(dict.fromkeys(face)) for face in faces)
     return Body(tuple(map(tuple, corners.tolist())), tuple(face for face in distinct if len(face) > 2))
-
-
-def _still(
-    name: str,
-    motions: Mapping[str, Moving],
-    body: Shape,
-    keyframes: Keyframes | None,
-    eye: np.ndarray,
-    centre: np.ndarray,
-    caption: str,
-) -> Figure:
-    """A body at some times under each motion, at the keyframes in ink; set apart where it turns on the spot."""
-    places = {label: motion(np.linspace(*motion.domain, COPIES)) for label, motion in motions.items()}
-    corners = body.vertices if isinstance(body, QuadMesh) else np.concatenate(list(body))
-    view = _view(eye, len(centre))
-    size = float(np.ptp(corners, axis=0).max())
-    on_the_spot = all(np.ptp(p.translation, axis=0).max() < size / 4 for p in places.values())
-    if on_the_spot:
-        apart = 1.1 * size * np.arange(COPIES)[:, None] * view[:, 0]
-        places = {label: Affine(p.linear, p.translation + apart) for label, p in places.items()}
-    seen = np.concatenate([(p.translation[:, None] + corners @ np.swapaxes(p.linear, 1, 2)) for p in places.values()])
-    width, height = np.ptp((seen @ view).reshape(-1, 2), axis=0)
-    columns = min(len(motions), 1 if height < 0.45 * width else 2 if height < 0.9 * width else 3)
-    rows = -(-len(motions) // columns)
-    with new_figure(7.0, rows * (0.25 + min(6.8 / columns * height / width, 3.4))) as figure:
-        figure.set_dpi(150)
-        panels = figure.subplots(rows, columns, squeeze=False).ravel()
-        for axes in panels[len(motions) :]:
-            axes.remove()
-        for axes, (label, place), colour in zip(panels, places.items(), _colours(len(motions)), strict=False):
-            _draw(axes, place, body, eye, colour, 0.3)
-            if not on_the_spot:
-                linear, translation = motions[label](np.linspace(*motions[label].domain, 300))
-                path = (translation + linear @ centre) @ view
-                axes.plot(*path.T, color=COLOURS[5], linewidth=0.8, alpha=0.6)
-                if keyframes is not None:
-                    _draw(axes, Affine(keyframes.linear, keyframes.translation), body, eye, COLOURS[5], 0.35)
-            bare(axes)
-            if len(motions) > 1:
-                axes.set_title(label, parse_math=False)
-        return to_figure(figure, f"{name}-still", caption)
-
-
-def _draw(axes: Axes, position: Affine, body: Shape, eye: np.ndarray, colour: str, alpha: float) -> None:
-    if isinstance(body, QuadMesh):
-        draw_bodies(axes, *position, body, eye, _shadeable(colour))
-        return
-    places = [v + polygon @ a.T for a, v in zip(*position, strict=True) for polygon in body]
-    if len(places[0][0]) == 2:
-        style = {"facecolors": colour, "edgecolors": colour, "alpha": alpha, "linewidths": 0.7}
-        axes.add_collection(PolyCollection(places, **style))
-        return
-    faces = [place @ view_from(eye) for place in places]
-    colours = 1 - (0.9 - 0.6 * lit(faces))[:, None] * (1 - np.array(to_rgb(_shadeable(colour))))
-    draw_faces(axes, faces, colours, 0.7 * colours, linewidths=0.5, joinstyle="round")
-
-
-def _shadeable(colour: str) -> str:
-    """Ink cannot be shaded: grey is, and is seen on the light page and on the dark one."""
-    return "#777777" if colour == COLOURS[5] else colour
-
-
-def _view(eye: np.ndarray, dimension: int) -> np.ndarray:
-    """(d, 2) columns right and up."""
-    return np.eye(2) if dimension == 2 else view_from(eye)[:, :2]

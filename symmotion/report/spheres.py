@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 
 from symmotion.report.figures import COLOURS
 from symmotion.report.views import VIEW, bare
@@ -78,9 +79,7 @@ def draw_outlines(
     """A body of closed polygons (P, 3), each in a colour of its own, at one pose: from body points to the world's."""
     faces = [pose(polygon) @ view for polygon in body]
     # From back to front.
-    for k in np.argsort([face[:, 2].mean() for face in faces]):
+    for k in sorted(range(len(faces)), key=lambda k: float(faces[k][:, 2].mean())):
         colour = colours[k % len(colours)]
-        axes.fill(faces[k][:, 0], faces[k][:, 1], color=colour, alpha=alpha, linewidth=0)
-        closed = np.vstack([faces[k], faces[k][:1]])
-        axes.plot(closed[:, 0], closed[:, 1], color=colour, linewidth=linewidth)
+        axes.fill(*faces[k][:, :2].T, facecolor=to_rgba(colour, alpha), edgecolor=colour, linewidth=linewidth)
     bare(axes)

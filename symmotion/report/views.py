@@ -35,7 +35,7 @@ def bare(axes: Axes) -> None:
     axes.set_axis_off()
 
 
-def lit(faces: Sequence[np.ndarray]) -> np.ndarray:
+def lit(faces: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
     """(F,) how lit faces are that a viewer sees, n · light from 0 to 1; 1 for one without area.
 
     faces: (P, 3) each, in the directions of a view. Both sides are alike: a motion may reflect a body.
@@ -44,7 +44,7 @@ def lit(faces: Sequence[np.ndarray]) -> np.ndarray:
     sizes = np.array([len(face) for face in faces])
     for size in np.unique(sizes):
         which = np.flatnonzero(sizes == size)
-        corners = np.stack([faces[k] for k in which])
+        corners = np.stack([face for face in faces if len(face) == size])
         # About a corner of their own: far from the origin the products would be rounding.
         corners = corners - corners[:, :1]
         normals = np.cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1)
@@ -55,7 +55,9 @@ def lit(faces: Sequence[np.ndarray]) -> np.ndarray:
     return light
 
 
-def draw_faces(axes: Axes, faces: Sequence[np.ndarray], colours: np.ndarray, edges: Any = None, **style: Any) -> None:
+def draw_faces(
+    axes: Axes, faces: Sequence[np.ndarray] | np.ndarray, colours: np.ndarray, edges: Any = None, **style: Any
+) -> None:
     """Faces (P, 3) in the directions of a view, what is far behind what is near.
 
     colours, edges: (F, 3) or (F, 4), the edges as the faces when left out; style: of the PolyCollection.

@@ -2,9 +2,7 @@
 
 from dataclasses import replace
 
-import casadi as ca
-
-from symmotion.program import Kernel, Program
+from symmotion.program import Program
 from symmotion.solvers.fingerprint import structure_fingerprint
 
 KINDS = 8  # structures remembered at a time
@@ -45,9 +43,4 @@ class Kin:
 
 def _shareable(program: Program) -> bool:
     """Whether nothing that is derived from the structure depends on the data: the Jacobian of linear conditions may."""
-    return not program.linear or not any(_bilinear(c.block.kernel) for c in program.constraints)
-
-
-def _bilinear(kernel: Kernel) -> bool:
-    slopes = ca.vec(ca.jacobian(kernel.out, kernel.z))
-    return bool(kernel.data.numel()) and bool(ca.depends_on(slopes, kernel.data))
+    return not program.linear or not any(c.block.kernel.bilinear for c in program.constraints)

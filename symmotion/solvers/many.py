@@ -85,6 +85,8 @@ def solve_each(
     """The solutions of `solve_many`, each as soon as it and those before it are there, and none of them kept."""
     if isinstance(programs, Program):
         raise InputError("one program where several are needed: solve_many([program]), or solver.solve(program)")
+    if not isinstance(programs, Iterable):
+        raise InputError(f"programs {programs!r}: an iterable of programs is needed")
     if not callable(getattr(solver, "solve", None)):
         raise InputError(f"solver {solver!r} has no method solve")
     if not (executor is None or _is_count(executor) or callable(getattr(executor, "submit", None))):
@@ -129,8 +131,8 @@ def _solve(
                 exhausted = job is None
                 if job is not None and job.index not in batch.answers:
                     crew.add(job)
-            if exhausted:
-                crew.hand_out()
+            if exhausted or len(batch.answers) >= WAITING:
+                crew.hand_out()  # also where all the others wait for what is gathered
             if crew.busy:
                 for job, answered in crew.collect():
                     batch.take(job, answered)

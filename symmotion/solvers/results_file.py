@@ -36,6 +36,7 @@ class ResultsFile:
         except OSError as error:
             raise InputError(f"{self.path}: cannot write a results file there: {error.strerror}") from error
         try:
+            self._lock(True)
             self._read()
         except BaseException:
             self._file.close()
@@ -45,11 +46,28 @@ class ResultsFile:
         return self
 
     def __exit__(self, *_: object) -> None:
+        # Not left to closing: processes forked meanwhile have the file open too, and would keep it locked.
+        self._lock(False)
         self._file.close()
 
     def __len__(self) -> int:
         """Solutions in it."""
         return len(self._places)
+
+    def _lock(self, on: bool) -> None:
+        """Keep others from writing to the file, where system and file system know locks."""
+        try:
+            import fcntl
+        except ImportError:  # Windows
+            return
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB if on else fcntl.LOCK_UN)
+        except BlockingIOError as error:
+            raise InputError(
+                f"{self.path}: another batch is writing to it; where that was killed, end its worker processes"
+            ) from error
+        except OSError:
+            return
 
     def _read(self) -> None:
         """Find the records; cut off a last line that is torn."""

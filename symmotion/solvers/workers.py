@@ -47,7 +47,10 @@ def answer(solver: Any, job: Job, kin: Kin) -> Solution | Failed:
     try:
         # A start that is a solution of the same program is told by the structure that they share.
         program = kin.adopt(job.program) if job.start is None else job.program
-        return _with_program(solver.solve(program, job.start), job.program)
+        solution = solver.solve(program, job.start)
+        if not isinstance(solution, Solution):
+            raise TypeError(f"the solver returned {solution!r:.80} instead of a Solution")
+        return _with_program(solution, job.program)
     except Exception as error:
         return Failed.of(job.index, error)
 
@@ -71,8 +74,10 @@ def own_processes(count: int) -> Executor:
     """An executor of spawned processes that has proved to work; InputError where they do not start."""
     # Here, because they take 10 ms to import.
     from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
+    from multiprocessing import current_process, get_context
 
+    if current_process().daemon:
+        raise InputError("a daemonic process, such as a Dask worker under a nanny, may not start others: use threads")
     # Spawned, because CasADi and BLAS threads do not survive a fork.
     pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_end_with_parent)
     try:
@@ -182,6 +187,8 @@ class Crew:
             self._submit(jobs)
         except InputError as error:
             self._blame(jobs, error)
+        except RuntimeError as error:
+            raise InputError(f"{self._executor!r} takes no work: {error}") from error
         else:
             self._tasks[task] = jobs
 

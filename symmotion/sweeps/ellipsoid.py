@@ -7,7 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
+from symmotion.motions.affine import AffineMotion
 from symmotion.motions.motion import Motion
+from symmotion.splines import Spline
+from symmotion.splines.continuity import first_jump
 
 # Smallest over largest semi-axis: below it the ellipsoid counts as flat.
 FLAT = 1e-9
@@ -90,6 +93,13 @@ class MovingEllipsoid:
         ):
             if bad.any():
                 raise InputError(f"the motion {how} at time {times[np.argmax(bad)]:g}: keep its matrices nonsingular")
+
+    def require_continuous(self) -> None:
+        """Raise InputError that names the first time at which a spline motion jumps, and so leaves out a way."""
+        motion = self.motion
+        spline = getattr(motion, "spline" if isinstance(motion, AffineMotion) else "translation", None)
+        if isinstance(spline, Spline) and (time := first_jump(spline)) is not None:
+            raise InputError(f"the motion jumps at time {time:g}: sweep the parts before and behind on their own")
 
     def points(self, s: np.ndarray, t: ArrayLike) -> np.ndarray:
         """(…, 3) the points w + B s of the ellipsoid's surface, s (…, 3) on the unit sphere and t (…) broadcasting."""

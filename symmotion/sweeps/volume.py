@@ -125,8 +125,8 @@ def swept_volume(
     slices: steps in time; divisions: steps along an edge of the icosahedron that becomes the
     sphere (envelope), or cubes along the longest side of the box (implicit, twice as many).
     Both methods converge with the second order. A motion that ends as it begins, with the same
-    rates, has no caps. Raises InputError that names a time where the ellipsoid is flat.
-    Source: HJK 5.4.
+    rates, has no caps. Raises InputError that names a time where the ellipsoid is flat
+    or, of a spline, jumps. Source: HJK 5.4.
     """
     if method not in METHODS:
         raise InputError(f"method {method!r} is unknown; there are {', '.join(METHODS)}")
@@ -135,6 +135,7 @@ def swept_volume(
             raise InputError(f"{name} {value}: {least} or more are needed")
     times = np.linspace(*body.domain, slices + 1)
     body.require_solid(times)
+    body.require_continuous()
     closed = _returns(body)
     mesh = _envelope(body, times, divisions, closed) if method == "envelope" else _implicit(body, times, 2 * divisions)
     moving = times[_moving(body, times)]
