@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import textwrap
+import threading
 import warnings
 
 import casadi as ca
@@ -198,6 +199,49 @@ def test_what_cannot_be_built_is_interpreted(cache, monkeypatch, fault):
 
 
 @needs_compiler
+def test_a_compiler_that_hangs_is_given_up(cache, monkeypatch, tmp_path):
+    sleeper = tmp_path / "sleepy-cc"
+    sleeper.write_text("#!/bin/sh\nexec sleep 60\n")
+    sleeper.chmod(0o755)
+    monkeypatch.setenv("CC", str(sleeper))
+    monkeypatch.setattr(compiled, "PATIENCE", 0.1)
+    kernel = every_operation()
+    with pytest.warns(RuntimeWarning, match="sleepy-cc failed: it has not ended after 0.1 s"):
+        assert kernel_function(kernel, "out", 1, "compiled") is kernel.function("out")
+    assert not list(cache.iterdir())
+
+
+def test_a_compiler_that_is_named_wrongly_is_missing(cache, monkeypatch):
+    monkeypatch.setenv("CC", "'gcc")
+    kernel = every_operation()
+    with pytest.warns(RuntimeWarning, match="no C compiler was found"):
+        assert kernel_function(kernel, "out", 1, "compiled") is kernel.function("out")
+
+
+@needs_compiler
+def test_a_user_without_a_home_needs_no_cache(cache, monkeypatch):
+    def nowhere():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("SYMMOTION_CACHE")
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(compiled.Path, "home", nowhere)
+    kernel = every_operation()
+    assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")
+    with pytest.warns(RuntimeWarning, match=r"no home directory; name a cache in \$SYMMOTION_CACHE"):
+        assert kernel_function(kernel, "out", 1, "compiled") is kernel.function("out")
+
+
+@needs_compiler
+def test_the_cache_may_be_the_working_directory(cache, monkeypatch):
+    cache.mkdir(mode=0o700)
+    monkeypatch.chdir(cache)
+    monkeypatch.setenv("SYMMOTION_CACHE", ".")
+    assert isinstance(kernel_function(every_operation(), "out", 1, "compiled"), compiled.MachineFunction)
+    assert len(list(cache.glob("*.so"))) == 1
+
+
+@needs_compiler
 def test_an_operation_without_c_form_is_interpreted(cache):
     z = ca.SX.sym("z", 1)
     kernel = Kernel(z, ca.SX.sym("data", 0), ca.erfinv(z), channels=1)
@@ -212,6 +256,22 @@ def test_unknown_kernels_and_threads_are_refused(options):
     (name, value), *_ = options.items()
     with pytest.raises(sm.InputError, match=f"{name} {value!r}"):
         sm.ExactNewton(**options).solve(sm.affine_program(sm.examples.planar_keyframes()))
+
+
+def test_an_interrupt_waits_for_the_other_threads():
+    kernel = every_operation()
+    mapped = Mapped(kernel.function("out"), 100_000, threads=2)
+    assert len(mapped._workers) == 2
+    main, running = threading.get_ident(), []
+
+    def use(nodes, _):
+        if threading.get_ident() == main:
+            raise KeyboardInterrupt
+        running.append(nodes)
+
+    with pytest.raises(KeyboardInterrupt):
+        mapped.each(use, np.ones((100_000, 2)), np.ones((100_000, 1)), None)
+    assert running and running[-1].stop == 100_000
 
 
 def test_wrong_sizes_are_refused(cache):

@@ -229,11 +229,15 @@ class _Run:
 
 def first_minimum(quartic: np.ndarray) -> float:
     """The first α > 0 where the slope of c₀ + c₁α + … + c₄α⁴ vanishes; 1 where there is none."""
-    slope = quartic[1:] * np.arange(1, len(quartic))
-    degree = int(np.flatnonzero(slope)[-1]) if slope.any() else 0
-    # The eigenvalues of the companion matrix; np.roots finds the same at five times the cost.
-    companion = np.eye(degree, k=-1)
-    companion[:1] = -slope[:degree][::-1] / slope[degree]
-    roots = np.linalg.eigvals(companion)
-    real = roots.real[np.abs(roots.imag) <= 1e-9 * np.maximum(1.0, np.abs(roots.real))]
-    return float(real[real > 0].min()) if (real > 0).any() else 1.0
+    # Plain numbers: for three eigenvalues of a companion matrix NumPy's overhead is most of the work.
+    slope = [k * c for k, c in enumerate(quartic.tolist())][1:]
+    while slope and not slope[-1]:
+        slope.pop()
+    if len(slope) < 2:
+        return 1.0
+    companion = np.eye(len(slope) - 1, k=-1)
+    companion[0] = [-c / slope[-1] for c in slope[-2::-1]]
+    if not np.isfinite(companion).all():
+        return 1.0
+    roots = np.linalg.eigvals(companion).tolist()
+    return min((r.real for r in roots if r.real > 0 and abs(r.imag) <= 1e-9 * max(1.0, abs(r.real))), default=1.0)

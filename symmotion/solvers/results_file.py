@@ -31,6 +31,8 @@ class ResultsFile:
     def __init__(self, path: str | Path):
         self.path = Path(path)
         self._places: dict[str, tuple[int, int]] = {}
+        if self.path.exists() and not self.path.is_file():
+            raise InputError(f"{self.path}: cannot write a results file there: it is no ordinary file")
         try:
             self._file = open(self.path, "a+b", buffering=0)  # noqa: SIM115 - closed by `close`
         except OSError as error:
