@@ -65,8 +65,8 @@ def test_every_operation_has_the_interpreters_bits(cache):
 @needs_compiler
 @pytest.mark.parametrize(
     "objective",
-    [sm.Rigidity(), sm.Rigidity(2) + 0.1 * sm.TrajectoryEnergy(np.eye(3)), sm.StrainRate()],
-    ids=["R", "R* + E", "S"],
+    [sm.Rigidity() + 0.1 * sm.TrajectoryEnergy(np.eye(3)), sm.StrainRate()],
+    ids=["R + E", "S"],
 )
 def test_solutions_have_the_same_bits(cache, objective):
     program = sm.affine_program(sm.examples.random_keyframes(7, 50, seed=3), objective=objective)
@@ -150,7 +150,7 @@ def _python(code: str, **environment: str) -> subprocess.Popen:
 
 @needs_compiler
 def test_processes_that_build_at_once_agree(cache):
-    answers = [p.communicate() for p in [_python(SOLVE) for _ in range(4)]]
+    answers = [p.communicate() for p in [_python(SOLVE) for _ in range(3)]]
     assert {out for out, _ in answers} == {
         sm.ExactNewton(kernels="interpreted").solve(sm.affine_program(sm.examples.planar_keyframes())).x.tobytes().hex()
         + "\n"
@@ -196,6 +196,14 @@ def test_what_cannot_be_built_is_interpreted(cache, monkeypatch, fault):
         pytest.skip("no C compiler on this machine")
     with pytest.warns(RuntimeWarning, match=reason):
         sm.ExactNewton(kernels="compiled").solve(sm.affine_program(sm.examples.planar_keyframes())).require()
+
+
+@needs_compiler
+def test_what_takes_a_compiler_minutes_is_interpreted(cache, monkeypatch):
+    quaternions = sm.examples.random_keyframes(4, 60, seed=2).rotations().as_quat()[:, [3, 0, 1, 2]]
+    (term,) = sm.orientation_program(np.arange(4.0), quaternions, knots_per_interval=1).terms
+    monkeypatch.setattr(subprocess, "run", None)
+    assert kernel_function(term.kernel, "hessian", 1, "compiled") is term.kernel.function("hessian")
 
 
 @needs_compiler

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
+from multiprocessing import current_process, get_context
 from pathlib import Path
 
 import batches
@@ -22,6 +22,7 @@ from symmotion.fairing.programs import local_step_program
 from symmotion.motions.nets import noisy_net, smooth_net
 from symmotion.program import Block, Constraint, Kernel
 from symmotion.report import StudyOptions
+from symmotion.solvers import many
 from symmotion.solvers.fingerprint import fingerprint
 from symmotion.solvers.kin import Kin
 from symmotion.solvers.many import Tally, solve_each, solve_many
@@ -96,6 +97,9 @@ def test_a_function_of_one_dimension_only_pickles_for_that():
     assert sm.measure(program.design.motion(program.start), copy) == pytest.approx(
         sm.measure(program.design.motion(program.start), energy), rel=1e-14
     )
+
+    with pytest.raises(sm.InputError, match=r"works in dimension \[3\] only"):
+        sm.affine_program(sm.examples.planar_keyframes(), objective=copy)
 
     def refuse(jet):
         raise sm.InputError("no motion is good enough")
@@ -177,6 +181,50 @@ def test_starts_are_taken_along(executor_of_two):
         assert refused.error == "InputError" and "start of shape (3,)" in refused.message
 
 
+class Forgetful:
+    """A solver that returns nothing."""
+
+    def solve(self, program, start=None):
+        return None
+
+
+def test_a_solver_that_returns_no_solution_is_a_failure():
+    (answer,) = solve_many(batches.small_programs(1), Forgetful())
+    assert answer == Failed(0, "TypeError", "the solver returned None instead of a Solution")
+
+
+def test_an_executor_that_takes_no_work_is_named():
+    threads = ThreadPoolExecutor(1)
+    threads.shutdown()
+    with pytest.raises(sm.InputError, match=r"ThreadPoolExecutor.* takes no work: cannot schedule new futures"):
+        solve_many(batches.small_programs(2), executor=threads)
+
+
+def test_a_daemon_starts_no_processes(monkeypatch):
+    monkeypatch.setitem(current_process()._config, "daemon", True)
+    with pytest.raises(sm.InputError, match=r"a daemonic process.* may not start others: use threads"):
+        solve_many(batches.small_programs(2), executor=2)
+
+
+@pytest.mark.parametrize("breaks", ["the programs", "the progress"])
+@pytest.mark.parametrize("chunk", [None, 2])
+def test_what_the_caller_raises_midway_comes_back_and_the_file_keeps_the_rest(tmp_path, breaks, chunk):
+    def programs():
+        yield from batches.small_programs(4)
+        if breaks == "the programs":
+            raise ZeroDivisionError("midway")
+
+    def progress(tally):
+        if breaks == "the progress" and tally.done == 3:
+            raise ZeroDivisionError("midway")
+
+    with ThreadPoolExecutor(1) as threads, pytest.raises(ZeroDivisionError, match="midway"):
+        executor = None if chunk is None else threads
+        solve_many(programs(), executor=executor, results=tmp_path / "f", progress=progress, chunk=chunk, ahead=1)
+    with ResultsFile(tmp_path / "f") as file:
+        assert len(file) >= 2
+
+
 def test_what_cannot_be_sent_is_a_failure_that_says_so(executor_of_two):
     programs = list(batches.small_programs(4))
     programs[2] = replace(programs[2], design=replace(programs[2].design, constraints=(lambda: None,)))
@@ -234,7 +282,9 @@ def test_programs_are_read_only_as_far_as_work_is_handed_out():
     [
         ({"programs": next(batches.moved_programs(1))}, "one program where several"),
         ({"programs": [3]}, "program 0 is 3"),
+        ({"programs": 3}, "programs 3: an iterable of programs is needed"),
         ({"solver": "newton"}, "solver 'newton' has no method solve"),
+        ({"solver": Forgetful(), "results": "f"}, "with a results file its repr has to tell its options"),
         ({"executor": 0}, "executor 0: None, a number"),
         ({"executor": "two"}, "executor 'two'"),
         ({"chunk": 0}, "chunk 0"),
@@ -261,6 +311,39 @@ def test_what_is_in_the_file_is_not_solved_again(tmp_path):
     assert (restored.log, restored.seconds, restored.tolerance) == (solved.log, solved.seconds, solved.tolerance)
     assert restored.solver == repr(solver) or restored.solver == solved.solver
     assert restored.motion(0.5).linear == pytest.approx(solved.motion(0.5).linear, abs=0)
+
+
+def test_one_program_that_is_missing_does_not_hold_up_a_batch_that_is_found(tmp_path, monkeypatch):
+    # It is gathered for a task, and the others fill up what may wait for it.
+    monkeypatch.setattr(many, "WAITING", 3)
+    programs = list(batches.moved_programs(8))
+    solve_many(programs[1:], results=tmp_path / "f")
+    with ThreadPoolExecutor(1) as threads:
+        answers = solve_many(programs, executor=threads, chunk=2, results=tmp_path / "f")
+    assert batches.numbers(answers) == batches.numbers(map(NEWTON.solve, programs))
+
+
+def test_two_batches_do_not_write_to_one_file(tmp_path):
+    pytest.importorskip("fcntl", reason="the system has no locks of this kind")
+    path = tmp_path / "f"
+    with ResultsFile(path) as file:
+        with pytest.raises(sm.InputError, match="f: another batch is writing to it"):
+            ResultsFile(path)
+        forked = os.dup(file._file.fileno())  # as a forked process has it
+    with ResultsFile(path) as file:
+        assert len(file) == 0
+    os.close(forked)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_a_full_disk_is_told(tmp_path):
+    with ResultsFile(tmp_path / "f") as file:
+        solution = NEWTON.solve(next(batches.small_programs(1)))
+        written, file._file = file._file, open("/dev/full", "ab", buffering=0)  # noqa: SIM115
+        with written, pytest.raises(sm.InputError, match="f: cannot write: No space left"):
+            file.add("name", solution)
+    with pytest.raises(sm.InputError, match=r"/dev/full: .* it is no ordinary file"):
+        ResultsFile("/dev/full")
 
 
 def test_another_question_or_solver_is_solved_anew(tmp_path):
@@ -380,9 +463,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize(
-    ("executor", "sent"), [("None", "SIGKILL"), ("2", "SIGKILL"), ("None", "SIGINT"), ("2", "SIGINT")]
-)
+@pytest.mark.parametrize(("executor", "sent"), [("None", "SIGKILL"), ("2", "SIGKILL"), ("2", "SIGINT")])
 def test_a_batch_that_was_killed_goes_on(tmp_path, executor, sent):
     script, counter, path = tmp_path / "batch.py", tmp_path / "count", tmp_path / "f"
     script.write_text(KILLED.format(executor=executor, signal=sent))
@@ -453,6 +534,9 @@ def test_a_jacobian_that_depends_on_the_data_is_not_shared():
         )
         return sm.Program({"x": np.zeros((1, 1))}, (term,), (Constraint.equality(condition),), None)
 
-    answers = solve_many([program(1.0), program(2.0), program(4.0)])
+    first = program(1.0)
+    edited = first.with_data("c", np.array([[4.0, 1.0]]))
+    answers = solve_many([first, program(2.0), edited])
+    assert edited.structure is not first.structure
     assert [a.x[0] for a in answers] == pytest.approx([1.0, 0.5, 0.25], rel=1e-12)
     assert [a.violation for a in answers] == pytest.approx([0, 0, 0], abs=1e-12)

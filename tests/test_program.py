@@ -2,6 +2,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from problems import body_points
+from scipy import sparse
 
 import symmotion as sm
 from symmotion.program import (
@@ -211,3 +212,10 @@ def test_newton_leaves_the_farthest_point_of_a_circle():
     assert solution.log[0].stationarity < 1e-12
     assert solution.log[0].inertia == "indefinite"
     np.testing.assert_allclose(solution.x, np.array([2, 1]) / np.sqrt(5), atol=1e-7)
+
+
+def test_a_block_without_nodes_is_refused():
+    z = ca.SX.sym("z", 1)
+    kernel = Kernel(z, ca.SX.sym("data", 0), z, 1, squares=True)
+    with pytest.raises(sm.InputError, match="block 'empty' has no nodes: leave it out"):
+        Block("empty", kernel, "x", slice(0, 1), sparse.csr_array((0, 1)), 1, np.empty(0), np.empty((0, 0)))

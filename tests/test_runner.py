@@ -4,11 +4,13 @@ import importlib
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 import symmotion as sm
+from studies import running
 from symmotion.report import Run, Study, StudyOptions, StudyResult
 
 runner = importlib.import_module("studies.__main__")
@@ -63,6 +65,25 @@ def test_a_study_that_breaks_does_not_stop_the_others(studies, tmp_path, capfd, 
     assert found[1]["error"] == "ZeroDivisionError: [red]<b> second line"
     err = capfd.readouterr().err
     assert err.count("Traceback") == 1 and "break_down" in err
+
+
+def leave_a_trace(options: StudyOptions) -> StudyResult:
+    assert options.data is not None
+    time.sleep(0.2)
+    (options.data / str(time.monotonic_ns())).touch()
+    return StudyResult()
+
+
+def test_an_interrupt_ends_the_studies_that_have_not_begun(monkeypatch, tmp_path, capfd):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(running, "_collect", interrupted)
+    chosen = [Study(f"study {k}", "", "", leave_a_trace) for k in range(12)]
+    with pytest.raises(KeyboardInterrupt):
+        running.run_all(chosen, StudyOptions(data=tmp_path), jobs=2)
+    # Two may run, and three may wait in the pipe to the workers.
+    assert len(list(tmp_path.iterdir())) <= 5
 
 
 def test_runs_the_named_studies_only(studies, tmp_path):

@@ -194,7 +194,16 @@ def test_comparison_prints_a_row_per_solver():
 
 @pytest.mark.parametrize(
     ("quartic", "expected"),
-    [([0, -2, 1, 0, 0], 1.0), ([1, -4, 0, 0, 1], 1.0), ([0, -1, 0, 0, 0], 1.0), ([0, -1e-9, -1, 0, 1], 0.70710678)],
+    [
+        ([0, -2, 1, 0, 0], 1.0),
+        ([1, -4, 0, 0, 1], 1.0),
+        ([0, -1, 0, 0, 0], 1.0),
+        ([0, -1e-9, -1, 0, 1], 0.70710678),
+        # Overflow is for the objective there to tell.
+        ([0, -1, np.inf, 0, 1], 1.0),
+        ([0, np.nan, 1, 0, 1], 1.0),
+        ([0, -1e300, 0, 0, 1e-300], 1.0),
+    ],
 )
 def test_first_minimum_of_a_quartic(quartic, expected):
     assert first_minimum(np.array(quartic, dtype=float)) == pytest.approx(expected, rel=1e-7)

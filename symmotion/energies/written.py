@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symmotion.energies.jet import HIGHEST_ORDER, Jet
+from symmotion.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -41,5 +42,8 @@ class Written:
         return Written(tuple(codes))
 
     def __call__(self, jet: Jet) -> ca.SX:
-        expression = ca.Function.deserialize(dict(self.codes)[jet.dimension])
+        codes = dict(self.codes)
+        if jet.dimension not in codes:
+            raise InputError(f"this function of a jet came from another process and works in dimension {[*codes]} only")
+        expression = ca.Function.deserialize(codes[jet.dimension])
         return expression(*jet.linear, *jet.translation, jet.t)

@@ -21,6 +21,7 @@ from symmotion.program import kernel, source
 # No contraction to fused multiply-adds and no fast-math: the same bits as the interpreter's.
 FLAGS = ("-O2", "-std=gnu11", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", "-fPIC", "-shared")
 PATIENCE = 120  # seconds; the largest kernels take some
+LARGEST = 20_000  # instructions: compilers take more than proportionally long, minutes for 100,000
 _BUILDING = threading.Lock()
 
 
@@ -51,8 +52,8 @@ def load(code: str, kind: str, channels: int, squares: bool, build: bool) -> Mac
 
     build: whether to compile what the cache lacks. The cache, `$SYMMOTION_CACHE` or else
     `symmotion` in the user's cache directory, may be deleted at any time, and may be shared by
-    processes. `$CC` names a compiler. Where one is wanted and missing, or fails, a warning says
-    so once.
+    processes. `$CC` names a compiler. Functions of more than `LARGEST` instructions stay interpreted.
+    Where a compiler is wanted and missing, or fails, a warning says so once.
     """
     key = code, kind, channels, squares
     try:
@@ -92,7 +93,8 @@ def _opened(code: str, kind: str, channels: int, squares: bool) -> MachineFuncti
 def _built(code: str, kind: str, channels: int, squares: bool) -> MachineFunction | None:
     """Compiled now; a failure is remembered, so that it is neither tried nor said again."""
     command = _compiler()
-    text = source.c_source(kernel.derive(code, kind, channels, squares))
+    function = kernel.derive(code, kind, channels, squares)
+    text = source.c_source(function) if function.n_instructions() <= LARGEST else None
     if text is None:
         return None
     if not command:
@@ -119,7 +121,13 @@ def _failure(call: Sequence[str]) -> str:
     """Run the compiler; what went wrong in a line, empty where nothing did."""
     try:
         done = subprocess.run(
-            call, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", timeout=PATIENCE, check=False
+            call,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=PATIENCE,
+            check=False,
         )
     except subprocess.TimeoutExpired:
         return f"it has not ended after {PATIENCE} s"

@@ -89,6 +89,8 @@ def solve_each(
         raise InputError(f"programs {programs!r}: an iterable of programs is needed")
     if not callable(getattr(solver, "solve", None)):
         raise InputError(f"solver {solver!r} has no method solve")
+    if results is not None and type(solver).__repr__ is object.__repr__:
+        raise InputError(f"solver {solver!r}: with a results file its repr has to tell its options, write a __repr__")
     if not (executor is None or _is_count(executor) or callable(getattr(executor, "submit", None))):
         raise InputError(
             f"executor {executor!r}: None, a number of processes or a concurrent.futures executor is needed"
