@@ -110,7 +110,8 @@ def _reach(measured: Sequence[Measurement]) -> str:
             continue
         last = done[-1]
         same = [next((m for m in certified(measured, o.name) if m.keyframes == last.keyframes), None) for o in OURS]
-        ratios = " and ".join(f"{last.seconds / m.seconds:.3g}" for m in same if m and m.seconds and last.seconds)
+        times = [last.seconds / m.seconds for m in same if m and m.seconds and last.seconds]
+        ratios = " and ".join(f"{t:.3g}" if t < 100 else f"{t:,.0f}" for t in times)
         lines.append(f"{method.name} {ratios} at {last.keyframes:,}")
     return (
         f"ExactNewton takes {' and '.join(grown)}. How many times as long the others take at the largest size that "
