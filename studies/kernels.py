@@ -55,8 +55,13 @@ def run(options: StudyOptions) -> StudyResult:
     )
     table = Table("ways to evaluate", columns, tuple(rows), caption)
     notes = ()
+    program = sm.affine_program(sm.examples.planar_keyframes())
+    if not Evaluator(program, "compiled").terms[0].prepare("hessian").compiled:
+        notes += (
+            "No C compiler serves here: what is called compiled was interpreted too, and what is said of it is void.",
+        )
     if available_processors() < 2:
-        notes = ("One processor is available: a second thread cannot gain anything.",)
+        notes += ("One processor is available: a second thread cannot gain anything.",)
     return StudyResult((table, kernels), (_figure(rows),), tuple(runs), _conclusion(rows, kernels, runs, same), notes)
 
 

@@ -56,6 +56,7 @@ class Mapped:
             inputs = tuple(function.size1_in(i) for i in range(function.n_in()))
             outputs = tuple(function.size1_out(i) for i in range(function.n_out()))
         self.count, self.inputs, self.outputs = count, inputs, outputs
+        self.compiled = isinstance(function, MachineFunction)
         # Chunks of equal size: what the last one lacks would be interpreted in vain.
         elements = count // multiple
         rounds = max(1, round(count * sum(inputs + outputs) / CHUNK))
