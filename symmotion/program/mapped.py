@@ -14,7 +14,7 @@ from symmotion.program.kernel import Kernel
 
 Kernels = Literal["auto", "compiled", "interpreted"]
 CHUNK = 131072  # numbers that a chunk reads and writes: 1 MB
-COMPILE_FROM = 20_000  # nodes from which one solve repays the compiler's 0.3 s
+COMPILE_FROM = 20_000  # nodes of R from which a solve or two repay the compiler: study `kernels`
 THREADS_FROM = 16  # chunks from which a second thread pays
 
 

@@ -42,8 +42,8 @@ class ExactNewton:
     tolerance: on stationarity relative to `gradient_scale`. max_iterations: of a descent.
     system: "condensed" (banded, where the conditions decouple), "sparse" (LDLᵀ, any
         equalities), or "auto", by the program's structure.
-    kernels: "compiled" by the machine's C compiler, at the cost of its 0.3 s once for each kind of
-        objective and machine; "interpreted" by CasADi; "auto": compiled where that was done before,
+    kernels: "compiled" by the machine's C compiler, which takes most objectives less than a second,
+        once for a machine (study `kernels`); "interpreted" by CasADi; "auto": compiled where that was done before,
         for long programs, and from the second of a series of solves on, each started from the one
         before. threads: that a long program may use, as many as processors, four at most, when left
         out. Neither changes a bit of the result.
