@@ -10,10 +10,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+from symmotion.commands.main import Parser
 
 import studies
-from studies.running import run_all
-from symmotion.cli import Parser
+from studies.runner.running import run_all
 from symmotion.errors import InputError
 from symmotion.report import Study, StudyOptions, StudyRecord, require_writable, write_report
 
@@ -83,9 +83,9 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def discover() -> list[Study]:
-    """The STUDY of every module in this folder that has one, in the order they run."""
-    names = [m.name for m in pkgutil.iter_modules(studies.__path__) if m.name != "__main__"]
-    found = [getattr(import_module(f"studies.{name}"), "STUDY", None) for name in names]
+    """The STUDY of every module under this folder that has one, in the order they run."""
+    names = [m.name for m in pkgutil.walk_packages(studies.__path__, "studies.") if m.name != "studies.__main__"]
+    found = [getattr(import_module(name), "STUDY", None) for name in names]
     return sorted((s for s in found if isinstance(s, Study)), key=lambda s: (s.order, s.name))
 
 

@@ -2,6 +2,9 @@
 
 from typing import TYPE_CHECKING
 
+from symmotion.answers import auto_knots, auxiliary_keyframes, keyframe_prices
+from symmotion.batches import Failed, ResultsFile, Tally, solve_each, solve_many
+from symmotion.bodies import Mesh
 from symmotion.curves import (
     RationalQuadratic,
     Retimed,
@@ -31,26 +34,15 @@ from symmotion.design import (
     UnitVolume,
     Velocity,
     affine_program,
-    auto_knots,
-    auxiliary_keyframes,
     curve_program,
     fit_program,
     free_times_program,
-    keyframe_prices,
     measure,
     measure_torque,
     orientation_program,
     pose_program,
 )
-from symmotion.energies import (
-    Energy,
-    Jet,
-    JetEnergy,
-    Rigidity,
-    StrainAcceleration,
-    StrainRate,
-    TrajectoryEnergy,
-)
+from symmotion.energies import Energy, JetEnergy, Rigidity, StrainAcceleration, StrainRate, TrajectoryEnergy
 from symmotion.errors import InputError, SolveError
 from symmotion.fairing import FairingResult, fair
 from symmotion.files import (
@@ -69,22 +61,23 @@ from symmotion.files import (
     write_two_parameter,
     write_usd,
 )
+from symmotion.jets import Jet
 from symmotion.motions import (
     Affine,
     AffineMotion,
     DualQuaternions,
     Keyframes,
     PoseMotion,
-    QuaternionMotion,
     RationalMotion,
     TwoParameterMotion,
-    component_cubic,
     copy_deviations,
     examples,
-    interpolate_quaternions,
     keyframes_from_copies,
-    log_blend,
     orthonormalise,
+)
+from symmotion.motions.interpolants import (
+    component_cubic,
+    log_blend,
     polar_blend,
     shoemake_bezier,
     shoemake_interpolant,
@@ -93,25 +86,12 @@ from symmotion.motions import (
     squad,
     steady_morph,
 )
-from symmotion.program import Certificate, Program
-from symmotion.solvers import (
-    Comparison,
-    Elimination,
-    ExactNewton,
-    Failed,
-    Ipopt,
-    ResultsFile,
-    Solution,
-    Status,
-    Tally,
-    compare,
-    solve_each,
-    solve_many,
-)
+from symmotion.motions.quaternions import QuaternionMotion, interpolate_quaternions
+from symmotion.program import Program
+from symmotion.solvers import Comparison, Elimination, ExactNewton, Ipopt, Solution, Status, compare
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, least_squares
 from symmotion.sweeps import (
     CharacteristicCurve,
-    Mesh,
     MovingEllipsoid,
     SweepSurface,
     SweptVolume,
@@ -119,9 +99,10 @@ from symmotion.sweeps import (
     sweep_surface,
     swept_volume,
 )
+from symmotion.systems import Certificate
 
 if TYPE_CHECKING:
-    from symmotion.report.animation import write_animation
+    from symmotion.views.films import write_animation
 
 __version__ = "0.1.0"
 
@@ -129,7 +110,7 @@ __version__ = "0.1.0"
 def __getattr__(name: str):
     # Matplotlib takes long to import, and few programs make films.
     if name == "write_animation":
-        from symmotion.report.animation import write_animation
+        from symmotion.views.films import write_animation
 
         return write_animation
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import symmotion as sm
-from symmotion.solvers.many import solve_many
+from symmotion.batches.many import solve_many
 
 TIMES = np.array([0.0, 0.3, 0.6, 1.0])
 

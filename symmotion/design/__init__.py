@@ -17,18 +17,14 @@ from symmotion.design.curve_conditions import CurveCondition
 from symmotion.design.fitting import fit_program
 from symmotion.design.free_times import free_times_program
 from symmotion.design.jets import measure
-from symmotion.design.knots import KnotSearch, auto_knots, auxiliary_keyframes
 from symmotion.design.orientation import Limits, measure_torque, orientation_program
 from symmotion.design.pose import pose_program
-from symmotion.design.prices import KeyframePrices, keyframe_prices
 
 __all__ = [
     "AffineDesign",
     "AngularRate",
     "CurveCondition",
     "CurveDesign",
-    "KeyframePrices",
-    "KnotSearch",
     "Limits",
     "MotionConstraint",
     "NoInversion",
@@ -39,12 +35,9 @@ __all__ = [
     "UnitVolume",
     "Velocity",
     "affine_program",
-    "auto_knots",
-    "auxiliary_keyframes",
     "curve_program",
     "fit_program",
     "free_times_program",
-    "keyframe_prices",
     "measure",
     "measure_torque",
     "orientation_program",

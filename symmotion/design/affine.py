@@ -14,8 +14,9 @@ from symmotion.design.independence import require_independent
 from symmotion.design.jets import UNKNOWN, JetKernel, nodes_for
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
+from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes
-from symmotion.program import Block, BlockEvaluator, Constraint, Kernel, Program
+from symmotion.program import Block, BlockEvaluator, Constraint, Program
 from symmotion.program.state import made_of
 from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
 from symmotion.splines.interpolation import require_schoenberg_whitney

@@ -11,8 +11,9 @@ from scipy import sparse
 
 from symmotion.design.jets import UNKNOWN, JetKernel, jet_symbols
 from symmotion.errors import InputError
+from symmotion.kernels import Kernel
 from symmotion.motions import Keyframes
-from symmotion.program import Block, Constraint, Kernel
+from symmotion.program import Block, Constraint
 from symmotion.splines import BSplineBasis
 
 

@@ -9,9 +9,10 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from symmotion.energies import rotation
-from symmotion.motions.quaternion_algebra import conjugate, log, product
-from symmotion.program import Block, Constraint, Kernel
+from symmotion.jets import rotation
+from symmotion.kernels import Kernel
+from symmotion.motions.quaternions.algebra import conjugate, log, product
+from symmotion.program import Block, Constraint
 from symmotion.splines import BSplineBasis, gauss
 from symmotion.splines.cumulative import cumulative
 

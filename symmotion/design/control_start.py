@@ -3,8 +3,8 @@
 import numpy as np
 
 from symmotion.design.control_nodes import ControlSpace
-from symmotion.motions.quaternion import QuaternionMotion
-from symmotion.motions.quaternion_algebra import exp, product
+from symmotion.motions.quaternions.algebra import exp, product
+from symmotion.motions.quaternions.curve import QuaternionMotion
 from symmotion.splines import BSplineBasis
 
 

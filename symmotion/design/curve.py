@@ -12,7 +12,8 @@ import numpy as np
 from symmotion.design.affine import represent
 from symmotion.design.curve_conditions import CurveCondition
 from symmotion.errors import InputError
-from symmotion.program import Block, Constraint, Kernel, Program
+from symmotion.kernels import Kernel
+from symmotion.program import Block, Constraint, Program
 from symmotion.program.state import made_of
 from symmotion.splines import BSplineBasis, Spline, gauss
 

@@ -14,8 +14,9 @@ from symmotion.design.affine import refined_times, represent
 from symmotion.design.jets import UNKNOWN, JetKernel, jet_symbols, nodes_for
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
+from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes
-from symmotion.program import Block, Constraint, Kernel, Program
+from symmotion.program import Block, Constraint, Program
 from symmotion.program.state import made_of
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
 

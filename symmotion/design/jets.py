@@ -8,10 +8,12 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from symmotion.energies import HIGHEST_ORDER, Energy, Jet
+from symmotion.energies import Energy
 from symmotion.errors import InputError
+from symmotion.jets import HIGHEST_ORDER, Jet
+from symmotion.kernels import Kernel
 from symmotion.motions import AffineMotion
-from symmotion.program import Block, BlockEvaluator, Kernel
+from symmotion.program import Block, BlockEvaluator
 from symmotion.splines import BSplineBasis, gauss
 
 UNKNOWN = "controls"

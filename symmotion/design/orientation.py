@@ -11,12 +11,12 @@ import numpy as np
 from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import UNKNOWN, ControlSpace, Node
 from symmotion.design.control_start import carried, motion_of
-from symmotion.energies import rotation
 from symmotion.errors import InputError
-from symmotion.motions.orientation_keys import OrientationKeys
-from symmotion.motions.quaternion import QuaternionMotion
-from symmotion.motions.quaternion_algebra import Signs, conjugate
-from symmotion.motions.quaternion_interpolation import ENDS, interpolate_keys
+from symmotion.jets import rotation
+from symmotion.motions.quaternions.algebra import Signs, conjugate
+from symmotion.motions.quaternions.curve import QuaternionMotion
+from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
+from symmotion.motions.quaternions.keys import OrientationKeys
 from symmotion.program import Block, Constraint, Program
 from symmotion.splines import BSplineBasis, gauss
 

@@ -14,9 +14,9 @@ from symmotion.design.orientation import NO_LIMITS, Limits, OrientationDesign
 from symmotion.energies import TrajectoryEnergy
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
-from symmotion.motions.orientation_keys import OrientationKeys
 from symmotion.motions.pose import PoseMotion
-from symmotion.motions.quaternion_algebra import Signs
+from symmotion.motions.quaternions.algebra import Signs
+from symmotion.motions.quaternions.keys import OrientationKeys
 from symmotion.program import Block, Constraint, Program
 from symmotion.splines import Spline, closest, cubic_interpolant
 

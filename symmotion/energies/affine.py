@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 
 from symmotion.energies.energy import Energy
-from symmotion.energies.jet import Jet
 from symmotion.errors import InputError
+from symmotion.jets.affine import Jet
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,9 @@ from numbers import Real
 import casadi as ca
 import numpy as np
 
-from symmotion.energies.jet import Jet
-from symmotion.energies.written import Written
 from symmotion.errors import InputError
+from symmotion.jets.affine import Jet
+from symmotion.jets.written import Written
 
 
 class Energy:

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from symmotion.energies.energy import Energy
-from symmotion.energies.jet import Jet
+from symmotion.jets.affine import Jet
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from symmotion.fairing.least_squares import LeastSquares
 from symmotion.fairing.programs import fairing_program, tolerances
 from symmotion.fairing.reference import iterate_programs
 from symmotion.fairing.result import FairingResult, FairingStatus
-from symmotion.program import Certificate
 from symmotion.solvers import ExactNewton, Ipopt, Status
+from symmotion.systems import Certificate
 
 Method = Literal["greedy", "orthogonal", "least-squares", "bounded"]
 METHODS = ("greedy", "orthogonal", "least-squares", "bounded")

@@ -12,7 +12,8 @@ from scipy import sparse
 from symmotion.errors import InputError
 from symmotion.fairing.coordinates import Box, Coordinates, Motion
 from symmotion.fairing.jumps import Jumps, Step
-from symmotion.program import Block, Constraint, Kernel, Program
+from symmotion.kernels import Kernel
+from symmotion.program import Block, Constraint, Program
 
 UNKNOWN = "controls"
 JUMPS = ("uuu", "vvv")

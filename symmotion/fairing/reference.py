@@ -8,8 +8,8 @@ from symmotion.fairing.coordinates import Coordinates
 from symmotion.fairing.greedy import GreedyRun, Limits
 from symmotion.fairing.jumps import Jumps, Step
 from symmotion.fairing.programs import JUMPS, LocalSteps
-from symmotion.program import Certificate
 from symmotion.solvers import ExactNewton, Status
+from symmotion.systems import Certificate
 
 
 def iterate_programs(

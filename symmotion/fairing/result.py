@@ -9,7 +9,7 @@ import numpy as np
 
 from symmotion.errors import SolveError
 from symmotion.fairing.coordinates import AnyMotion
-from symmotion.program import Certificate
+from symmotion.systems import Certificate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -89,12 +89,12 @@ class FairingResult(Generic[AnyMotion]):
 
     def plot(self, axes: "Axes | None" = None, *, kind: Literal["history", "knots"] = "history") -> "Axes":
         """G over the steps, or what is left of it at the knots; as `plot_fairing`. Returns the axes."""
-        from symmotion.report.plots import plot_fairing  # here: matplotlib is for who draws
+        from symmotion.views.plots import plot_fairing  # here: matplotlib is for who draws
 
         return plot_fairing(self, axes, kind=kind)
 
     def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import fairing_html
+        from symmotion.views.notebook import fairing_html
 
         return fairing_html(self)
 

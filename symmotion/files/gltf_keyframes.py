@@ -9,8 +9,9 @@ from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_reading import GltfFile, Place, open_gltf
 from symmotion.files.keys import HermiteKeys
-from symmotion.motions import Keyframes, slerp
-from symmotion.motions.quaternion_algebra import rotate
+from symmotion.motions import Keyframes
+from symmotion.motions.interpolants import slerp
+from symmotion.motions.quaternions.algebra import rotate
 
 PATHS = {"translation": 3, "rotation": 4, "scale": 3}
 AT_REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}

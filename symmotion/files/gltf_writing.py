@@ -7,16 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from symmotion.bodies.body import Body, body_of, carried, dimension_of, extent, in_space, placed
 from symmotion.files import keys as key
-from symmotion.files.body import Body, body_of, carried, dimension_of, extent, in_space, placed
 from symmotion.files.formats import FilePath, format_of
 from symmotion.files.gltf_document import INDICES, VERTICES, DocumentBuilder
 from symmotion.files.keys import HermiteKeys
 from symmotion.files.whole import whole_file
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
-from symmotion.motions import AffineMotion, PoseMotion, QuaternionMotion, slerp
+from symmotion.motions import AffineMotion, PoseMotion
+from symmotion.motions.interpolants import slerp
 from symmotion.motions.motion import Motion
-from symmotion.motions.quaternion_algebra import conjugate, product, rotate
+from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.motions.quaternions.algebra import conjugate, product, rotate
 from symmotion.splines import Spline
 
 EXACT_DEGREE = 3

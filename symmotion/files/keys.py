@@ -7,9 +7,10 @@ from math import factorial
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.motions import AffineMotion, PoseMotion, QuaternionMotion
-from symmotion.motions.baselines import Interpolant
+from symmotion.motions import AffineMotion, PoseMotion
+from symmotion.motions.interpolants.blends import Interpolant
 from symmotion.motions.motion import Motion
+from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.splines import Spline
 from symmotion.splines.continuity import first_jump
 

@@ -8,16 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.bodies.body import placed
 from symmotion.errors import InputError
 from symmotion.files import formats
-from symmotion.files.body import placed
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.usd import write_usd
 from symmotion.files.whole import whole_file
 from symmotion.files.written import WrittenMotion
-from symmotion.motions import AffineMotion, Keyframes, QuaternionMotion, as_rotations, rigid
+from symmotion.motions import AffineMotion, Keyframes, as_rotations, rigid
 from symmotion.motions.motion import Motion
+from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.splines import check_times
 
 MOTION_FORMATS = ("json", "csv", "tum", *formats.SCENES)

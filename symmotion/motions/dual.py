@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from symmotion.errors import InputError
 from symmotion.motions.affine import Affine
 from symmotion.motions.keyframes import as_rotations
-from symmotion.motions.quaternion_algebra import conjugate, product
+from symmotion.motions.quaternions.algebra import conjugate, product
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from scipy.spatial.transform import Rotation
 
-    from symmotion.report.outlines import Body
+    from symmotion.bodies.outlines import Body
 
 PARAMETRISATIONS = ("uniform", "chordal", "centripetal")
 
@@ -130,7 +130,7 @@ class Keyframes:
         label: str | None = None,
     ) -> "Axes":
         """A body at the keyframes; arguments as for `plot_keyframes`. Returns the axes."""
-        from symmotion.report.body_plots import plot_keyframes  # here: matplotlib is for who draws
+        from symmotion.views.body_plots import plot_keyframes  # here: matplotlib is for who draws
 
         return plot_keyframes(self, axes, body=body, colour=colour, label=label)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions, as_quaternion
-from symmotion.motions.quaternion_algebra import product
+from symmotion.motions.quaternions.algebra import product
 from symmotion.motions.two_parameter import Knots, TwoParameterMotion
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.motions.affine import Affine
 from symmotion.motions.pictures import as_html, plot_positions
-from symmotion.motions.quaternion import QuaternionMotion
-from symmotion.motions.quaternion_algebra import rotate, skew
+from symmotion.motions.quaternions.algebra import rotate, skew
+from symmotion.motions.quaternions.curve import QuaternionMotion
 from symmotion.splines import Spline
 
 

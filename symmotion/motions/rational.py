@@ -14,7 +14,7 @@ from symmotion.errors import InputError
 from symmotion.motions.affine import Affine
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.pictures import as_html, plot_positions
-from symmotion.motions.quaternion_algebra import conjugate, product
+from symmotion.motions.quaternions.algebra import conjugate, product
 from symmotion.splines import BSplineBasis, Spline
 
 if TYPE_CHECKING:

@@ -52,7 +52,7 @@ class RigidSamples:
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
         """The deviations over time; returns the axes."""
-        from symmotion.report.motion_plots import plot_deviations  # here: matplotlib is for who draws
+        from symmotion.views.motion_plots import plot_deviations  # here: matplotlib is for who draws
 
         return plot_deviations(self, axes)
 

@@ -11,7 +11,7 @@ from symmotion.errors import InputError
 from symmotion.motions.affine import Affine
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.pictures import as_html
-from symmotion.motions.quaternion_algebra import conjugate, product
+from symmotion.motions.quaternions.algebra import conjugate, product
 from symmotion.motions.rational import CurveMotion, Pair, RationalMotion, carried, positions, quotient
 from symmotion.splines import BSplineBasis, Spline
 
@@ -207,7 +207,7 @@ class TwoParameterMotion:
 
     def plot(self, axes: "Axes | None" = None, *, point: ArrayLike | None = None) -> "Axes":
         """The trajectory surface of a body point by its parameter lines; as `plot_net`. Returns the axes."""
-        from symmotion.report.motion_plots import plot_net  # here: matplotlib is for who draws
+        from symmotion.views.motion_plots import plot_net  # here: matplotlib is for who draws
 
         return plot_net(self, axes, point=point)
 

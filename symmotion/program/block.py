@@ -7,8 +7,8 @@ import numpy as np
 from scipy import sparse
 
 from symmotion.errors import InputError
-from symmotion.program.kernel import Kernel
-from symmotion.program.mapped import Kernels, Mapped, kernel_function
+from symmotion.kernels.kernel import Kernel
+from symmotion.kernels.mapped import Kernels, Mapped, kernel_function
 from symmotion.program.state import made_of
 
 

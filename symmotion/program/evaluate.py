@@ -8,8 +8,8 @@ import numpy as np
 from scipy import sparse
 
 from symmotion.errors import InputError
+from symmotion.kernels.mapped import Kernels, default_threads
 from symmotion.program.block import BlockEvaluator, LocalTables
-from symmotion.program.mapped import Kernels, default_threads
 from symmotion.program.program import Program
 
 

@@ -8,11 +8,11 @@ import numpy as np
 from symmotion.design import affine_program, measure
 from symmotion.energies import Energy
 from symmotion.motions import Keyframes
-from symmotion.report.drawing import draw_inner_products
 from symmotion.report.figures import convergence_figure, new_figure, to_figure
 from symmotion.report.players import fitting_body, player
 from symmotion.report.values import Column, Figure, Player, Run, StudyResult, Table
 from symmotion.solvers import Comparison, Solution, compare
+from symmotion.views.drawing import draw_inner_products
 
 MOST_PRICES = 20  # rows of the table of multipliers
 PLAYED = 16  # keyframes from the first on that a player shows

@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.bodies.quads import QuadMesh
 from symmotion.errors import InputError
-from symmotion.motions import Affine, Keyframes, PoseMotion, QuaternionMotion
-from symmotion.report.bodies import QuadMesh
-from symmotion.report.drawing import letter_k
-from symmotion.report.fairing_figures import DIRECTION
+from symmotion.motions import Affine, Keyframes, PoseMotion
+from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.report.stills import Moving, Shape, motion_colours, still
 from symmotion.report.values import Body, Figure, Player, Track, require_name
 from symmotion.splines import BSplineBasis, Spline
+from symmotion.views.drawing import letter_k
+from symmotion.views.fairing_figures import DIRECTION
 
 ACCURACY = 3e-4  # of what the motion spans: a fifth of a pixel of a player
 FIRST, MOST = 9, 129  # times of a track at first and at most

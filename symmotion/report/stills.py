@@ -8,12 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
+from symmotion.bodies.quads import QuadMesh
 from symmotion.motions import Affine, Keyframes
-from symmotion.report.bodies import QuadMesh
-from symmotion.report.fairing_figures import draw_bodies
 from symmotion.report.figures import COLOURS, new_figure, to_figure
 from symmotion.report.values import Figure
-from symmotion.report.views import bare, draw_faces, lit, view_from
+from symmotion.views.fairing_figures import draw_bodies
+from symmotion.views.parallel import bare, draw_faces, lit, view_from
 
 COPIES = 13  # of the body in a still picture
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.solvers.result import Iteration, Seconds, Solution, Status
+from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 
 Cell = str | int | float | bool | None
 MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times

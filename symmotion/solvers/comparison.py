@@ -11,7 +11,7 @@ from symmotion.program import Program
 from symmotion.solvers.elimination import Elimination
 from symmotion.solvers.ipopt import Ipopt
 from symmotion.solvers.newton import ExactNewton
-from symmotion.solvers.result import Seconds, Solution, Status, conclude
+from symmotion.solvers.solution import Seconds, Solution, Status, conclude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,12 +55,12 @@ class Comparison:
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
         """Stationarity over the iterations, solver by solver; returns the axes."""
-        from symmotion.report.plots import plot_comparison  # here: matplotlib is for who draws
+        from symmotion.views.plots import plot_comparison  # here: matplotlib is for who draws
 
         return plot_comparison(self, axes)
 
     def _repr_html_(self) -> str:
-        from symmotion.report.rich_display import comparison_html
+        from symmotion.views.notebook import comparison_html
 
         return comparison_html(self)
 

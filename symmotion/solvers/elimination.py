@@ -8,8 +8,9 @@ import numpy as np
 from scipy.linalg import LinAlgError, solve_banded
 
 from symmotion.errors import InputError
-from symmotion.program import Condensed, Evaluator, Program, gradient_scale
-from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, require_equalities, start_vector
+from symmotion.program import Evaluator, Program
+from symmotion.solvers.solution import Iteration, Seconds, Solution, Status, conclude, require_equalities, start_vector
+from symmotion.systems import Condensed, gradient_scale
 
 BLOW_UP = 1e12  # growth of the objective that counts as divergence
 

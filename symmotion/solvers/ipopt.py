@@ -11,8 +11,10 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from symmotion.program import Evaluator, HessianTriangle, Kernels, Program, gradient_scale
-from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, start_vector
+from symmotion.kernels import Kernels
+from symmotion.program import Evaluator, Program
+from symmotion.solvers.solution import Iteration, Seconds, Solution, Status, conclude, start_vector
+from symmotion.systems import HessianTriangle, gradient_scale
 
 # `Opti` differentiates and expands while it solves, without the interpreter's lock: two at a time crash.
 _SYMBOLIC = Lock()

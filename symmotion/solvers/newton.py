@@ -7,9 +7,11 @@ from typing import Any, Literal
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.program import Condensed, Evaluator, Kernels, Program, Saddle, gradient_scale, system_of
-from symmotion.solvers.result import Iteration, Seconds, Solution, Status, conclude, require_equalities, start_vector
+from symmotion.kernels import Kernels
+from symmotion.program import Evaluator, Program
+from symmotion.solvers.solution import Iteration, Seconds, Solution, Status, conclude, require_equalities, start_vector
 from symmotion.solvers.sqp import GROW, LEAST, CurvedRun, multipliers_of
+from symmotion.systems import Condensed, Saddle, gradient_scale, system_of
 
 # A Gauss–Newton matrix may be only semidefinite (motions that stay rigid to first order cost nothing):
 # the first multiple of the identity tried then, relative to the diagonal.

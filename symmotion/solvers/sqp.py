@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from symmotion.program import Evaluator, Program, Saddle, gradient_scale
-from symmotion.solvers.result import Iteration, Solution, Status
+from symmotion.program import Evaluator, Program
+from symmotion.solvers.solution import Iteration, Solution, Status
+from symmotion.systems import Saddle, gradient_scale
 
 # The share θ of the exact Hessian grows tenfold with every step and falls back to LEAST where the matrix
 # is not positive definite: the fewest evaluations of the schedules tried, here and in `newton`.

@@ -2,14 +2,12 @@
 
 from symmotion.sweeps.characteristic import CharacteristicCurve, characteristic_curves
 from symmotion.sweeps.ellipsoid import MovingEllipsoid
-from symmotion.sweeps.mesh import Mesh
 from symmotion.sweeps.surface import SweepSurface, sweep_surface
 from symmotion.sweeps.volume import Estimate, SweptVolume, swept_volume
 
 __all__ = [
     "CharacteristicCurve",
     "Estimate",
-    "Mesh",
     "MovingEllipsoid",
     "SweepSurface",
     "SweptVolume",

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.bodies.mesh import Mesh, compact
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.splines import BSplineBasis, Spline
-from symmotion.sweeps.mesh import Mesh, compact
 
 # Points closer than this times the size of the control net, or than some rounding of where it lies, are the same.
 COINCIDENT = 1e-9

@@ -6,11 +6,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from symmotion.bodies.mesh import Mesh, compact
 from symmotion.errors import InputError
 from symmotion.sweeps.characteristic import surface_speed_range
 from symmotion.sweeps.ellipsoid import MovingEllipsoid
 from symmotion.sweeps.marching import cubes, isosurface, prisms, sphere
-from symmotion.sweeps.mesh import Mesh, compact
 
 METHODS = ("envelope", "implicit")
 # Crossings keep this share of an edge away from its ends, so that no triangle degenerates. The envelope's points are

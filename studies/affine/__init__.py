@@ -1,0 +1,1 @@
+"""Studies of affine motions (HJK)."""

@@ -1,0 +1,1 @@
+"""Studies of quaternion curves and their programs (KKS)."""

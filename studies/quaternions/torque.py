@@ -1,0 +1,214 @@
+"""KKS 6.1: how much torque do quaternion curves need, and how little would do?"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import RotationSpline
+
+import symmotion as sm
+from symmotion.design.orientation import Limits, measure_torque, orientation_program
+from symmotion.motions.interpolants.slerps import shoemake_bezier, shoemake_interpolant, squad
+from symmotion.motions.quaternions.algebra import exp, product, to_rotation
+from symmotion.motions.quaternions.curve import QuaternionMotion
+from symmotion.motions.quaternions.interpolation import interpolate_quaternions
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
+from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.players import player, turning, wedge
+
+INERTIA = np.array([1.0, 2.0, 4.0])
+ANGLES = (10, 30, 60, 90, 120, 150, 210, 270, 330)
+KNOTS = (1, 2, 4, 8)
+
+
+def run(options: StudyOptions) -> StudyResult:
+    seeds = range(200 if options.full else 40)
+    options.progress("Bézier curves")
+    bezier = _bezier(seeds)
+    options.progress("curves through keyframes")
+    interpolants, runs = _interpolants(range(10 if options.full else 3))
+    options.progress("knots and inertia")
+    knots, more = _knots()
+    options.progress("a rate bound")
+    bounded, figure, moving, last = _bounded()
+    polygons: list[tuple[Any, ...]] = list(bezier.rows)
+    first, short = polygons[0], next(r for r in polygons if r[0] == 150)
+    inside = [r[0] for r in polygons if r[1] is not None and abs(r[1] - 1) <= 0.05]
+    jumping = [f"{r[5]:.3g} % at {r[0]}°" for r in polygons if r[5] > 0]
+    less = [f"{r[4]:.3g} % at {r[0]}°" for r in polygons if r[0] > 180 and r[4] is not None]
+    gains: dict[Any, tuple[Any, ...]] = {r[0]: r for r in interpolants.rows}
+    falls: list[tuple[Any, ...]] = [r for r in knots.rows if r[0] == "asymmetric"]
+    conclusion = (
+        "KKS 6.1 say that their cubic curves need about the torque of Shoemake's, within 5 %, for small angles "
+        "between "
+        f"control quaternions, and much less for large ones. Measured over {len(seeds)} random control polygons "
+        f"per angle: "
+        f"at {first[0]}° the median ratio of ∫‖Ω̇‖² is {first[1]:.4g}, and it stays within 5 % of one up to "
+        f"{max(inside, default=0)}°. Up to {short[0]}° it grows to {short[1]:.4g}, and the cumulative curve "
+        f"needs less in "
+        f"{short[4]:.3g} % of the polygons: the gain does not show while neighbours are less than half a turn apart. "
+        f"Where they are further apart the cumulative curve needs less in {', '.join(less) or 'no case'}: the "
+        f"claim holds for "
+        f"ways near a whole turn. "
+        + (
+            f"Shoemake's curve jumps in {', '.join(jumping)} of the polygons."
+            if jumping
+            else "Neither curve ever jumps."
+        )
+        + "\n\n"
+        f"Through keyframes 90° apart, relative to the optimum with 8 knots per interval, the C² quaternion "
+        f"spline needs "
+        f"{gains[90][1]:.4g} times the energy, Shoemake's curve {gains[90][2]:.4g}, squad {gains[90][3]:.4g} "
+        f"and SciPy's "
+        f"RotationSpline {gains[90][4]:.4g} (medians).\n\n"
+        f"With moments of inertia 1, 2, 4 the optimum falls from {falls[0][2]:.6g} with one knot per interval to "
+        f"{falls[-1][2]:.6g} with eight; the C² spline needs {falls[-1][4]:.4g} times as much. {bounded}"
+    )
+    return StudyResult((bezier, interpolants, knots), (figure,), (*runs, *more, *last), conclusion, players=(moving,))
+
+
+def _chain(count: int, degrees: float, seed: int) -> np.ndarray:
+    """(count, 4) orientations, each turned against the last by an angle about a random axis."""
+    rng = np.random.default_rng(seed)
+    q = [np.array([1.0, 0.0, 0.0, 0.0])]
+    for _ in range(count - 1):
+        axis = rng.normal(size=3)
+        q.append(product(q[-1], exp(np.deg2rad(degrees) / 2 * axis / np.linalg.norm(axis))))
+    return np.array(q)
+
+
+def energy(curve: Callable[[np.ndarray], Any], times: np.ndarray, nodes: int = 24) -> float:
+    """∫ ‖Ω̇‖² dt by Gauss nodes between consecutive times; curve: from times to angular accelerations."""
+    x, w = np.polynomial.legendre.leggauss(nodes)
+    half = np.diff(times) / 2
+    t = (times[1:] + times[:-1])[:, None] / 2 + half[:, None] * x
+    return float(half @ (np.sum(np.asarray(curve(t.ravel())).reshape(*t.shape, 3) ** 2, axis=2) @ w))
+
+
+def _bezier(seeds: range) -> Table:
+    rows: list[tuple[Any, ...]] = []
+    span, dense = np.linspace(0, 1, 9), np.linspace(0, 1, 2001)
+    for degrees in ANGLES:
+        ratios, torn = [], 0
+        for seed in seeds:
+            q = _chain(4, degrees, seed)
+            ours, theirs = QuaternionMotion.bezier(q, signs="keep"), shoemake_bezier(q, signs="keep")
+            # The shortest way between two intermediate curves that wind apart changes sides: the curve jumps.
+            if np.linalg.norm(np.diff(theirs(dense), axis=0), axis=1).max() > 0.3:
+                torn += 1
+                continue
+            ratios.append(energy(ours.acceleration, span) / energy(lambda t, c=theirs: c.jet(t).acceleration, span))
+        low, middle, high = (float(v) for v in np.quantile(ratios, [0.25, 0.5, 0.75])) if ratios else (None,) * 3
+        less = 100 * float(np.mean(np.array(ratios) < 1)) if ratios else None
+        rows.append((degrees, middle, low, high, less, 100 * torn / len(seeds)))
+    columns = (
+        Column("between control quaternions", "°"),
+        Column("ratio, median"),
+        Column("lower quartile"),
+        Column("upper quartile"),
+        Column("ours less", "%"),
+        Column("Shoemake's jumps", "%"),
+    )
+    caption = (
+        "∫‖Ω̇‖² of the cumulative cubic Bézier curve over that of Shoemake's with the same random control "
+        "quaternions, "
+        "signs kept: beyond 180° both turn the long way. Where Shoemake's curve jumps its torque is infinite, "
+        "and it is "
+        "left out of the ratios."
+    )
+    return Table("cumulative against recursive", columns, tuple(rows), caption)
+
+
+def _interpolants(seeds: range) -> tuple[Table, list[Run]]:
+    rows, runs, t = list[tuple[Any, ...]](), list[Run](), np.arange(8.0)
+    for degrees in (15, 45, 90, 130):
+        ratios = []
+        for seed in seeds:
+            q = _chain(8, degrees, seed)
+            spline = interpolate_quaternions(t, q)
+            program = orientation_program(t, q, knots_per_interval=8)
+            solution = sm.ExactNewton().solve(program)
+            runs.append(Run.of(f"8 keyframes, {degrees}°, seed {seed}", solution))
+            least = measure_torque(solution.motion)
+            shoemake, squads = shoemake_interpolant(t, q), squad(t, q)
+            rotations = RotationSpline(t, to_rotation(q))
+            ratios.append(
+                [
+                    measure_torque(spline) / least,
+                    energy(lambda s, c=shoemake: c.jet(s).acceleration, t) / least,
+                    energy(lambda s, c=squads: c.jet(s).acceleration, t) / least,
+                    energy(lambda s, c=rotations: c(s, 2), t) / least,
+                ]
+            )
+        rows.append((degrees, *(float(r) for r in np.median(ratios, axis=0))))
+    columns = (
+        Column("between keyframes", "°"),
+        Column("C² quaternion spline"),
+        Column("Shoemake's Bézier"),
+        Column("squad"),
+        Column("SciPy RotationSpline"),
+    )
+    caption = f"∫‖Ω̇‖² over the optimum with 8 knots per interval; medians of {len(seeds)} random sets of 8 keyframes."
+    return Table("through keyframes", columns, tuple(rows), caption), runs
+
+
+def _knots() -> tuple[Table, list[Run]]:
+    rows, runs, t, q = list[tuple[Any, ...]](), list[Run](), np.arange(8.0), _chain(8, 70, 3)
+    for name, inertia in (("unit", None), ("asymmetric", INERTIA)):
+        spline = measure_torque(interpolate_quaternions(t, q), inertia)
+        for knots in KNOTS:
+            program = orientation_program(t, q, inertia=inertia, knots_per_interval=knots)
+            comparison = sm.compare(program, [sm.ExactNewton(), sm.Ipopt()])
+            runs += [Run.of(f"{name} inertia, {knots} knots per interval", s) for s in comparison.solutions]
+            best = comparison.best
+            if best is None:
+                raise sm.SolveError(f"no solver solved {name} inertia, {knots} knots")
+            value = measure_torque(best.motion, inertia)
+            rows.append((name, knots, value, best.iterations, spline / value))
+    columns = (
+        Column("inertia"),
+        Column("knots per interval"),
+        Column("∫‖τ‖² at the optimum"),
+        Column("iterations"),
+        Column("C² spline over optimum"),
+    )
+    return Table("optima by knots", columns, tuple(rows), "8 keyframes, neighbours 70° apart, moments 1, 2, 4."), runs
+
+
+def _bounded() -> tuple[str, Figure, Player, list[Run]]:
+    t, q = np.arange(8.0), _chain(8, 70, 3)
+    free = sm.ExactNewton().solve(orientation_program(t, q, knots_per_interval=4))
+    x = np.linspace(0, 7, 1401)
+    speeds = np.linalg.norm(free.motion.rate(x), axis=1)
+    most = 0.93 * float(speeds.max())
+    program = orientation_program(t, q, knots_per_interval=4, limits=Limits(rate=most))
+    held = sm.Ipopt().solve(program)
+    runs = [Run.of("free, 4 knots per interval", free), Run.of("rate bounded", held)]
+    active = int(np.sum(held.multipliers["rate bound"] > 1e-6))
+    slow = np.linalg.norm(held.motion.rate(x), axis=1)
+    with new_figure(7.0, 2.8) as figure:
+        axes = figure.subplots()
+        axes.plot(x, speeds, color=COLOURS[1], label="least torque")
+        axes.plot(x, slow, color=COLOURS[0], label="least torque, rate bounded")
+        axes.axhline(most, color="#000000", linewidth=0.8, linestyle=":", label="bound")
+        axes.set(xlabel="time [s]", ylabel="angular rate [rad/s]")
+        figure.legend(loc="outside upper left", ncols=3)
+        picture = to_figure(figure, "rate-bound", "The angular rate of the optimum, without and with a bound on it.")
+    text = (
+        f"A bound of {most:.4g} rad/s on the rate, 7 % below what the optimum wants, is active at {active} of "
+        f"{held.multipliers['rate bound'].size} parameters, costs {100 * (held.objective / free.objective - 1):.3g} % "
+        f"of energy, and is kept to {100 * (slow.max() / most - 1):.2g} % in between."
+    )
+    shown = {"least torque": turning(free.motion), "rate bounded": turning(held.motion)}
+    caption = "A body turned through eight orientations with least torque, without and with a bound on its rate."
+    moving = player("turning", shown, wedge(), caption, unit="s", centre=(0.5, 0.0, 0.0))
+    return text, picture, moving, runs
+
+
+STUDY = Study(
+    "torque",
+    "How much torque do quaternion curves need, and how little would do?",
+    "KKS 6.1, and the optimum that they leave open",
+    run,
+    order=21,
+)

@@ -1,0 +1,1 @@
+"""Running studies: one by one, in processes or on a cluster."""

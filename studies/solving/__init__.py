@@ -1,0 +1,1 @@
+"""Studies of the solvers: how surely, how fast, how far."""

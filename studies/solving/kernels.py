@@ -1,0 +1,179 @@
+"""What compiled kernels and a second thread gain, and what the compiler costs."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from time import perf_counter
+
+import numpy as np
+
+import symmotion as sm
+from symmotion.kernels import Kernels, available_processors
+from symmotion.program import Evaluator
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
+from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report.values import Cell
+from symmotion.systems import system_of
+
+WAYS: tuple[tuple[Kernels, int], ...] = (("interpreted", 1), ("interpreted", 2), ("compiled", 1), ("compiled", 2))
+OBJECTIVES = (sm.Rigidity(), sm.Rigidity(2), sm.TrajectoryEnergy(np.eye(3)), sm.StrainRate())
+LONGEST = sm.StrainAcceleration()  # the long form only: its compiler run takes seconds
+
+
+def run(options: StudyOptions) -> StudyResult:
+    kernels = _kernels(options)
+    rows: list[tuple[Cell, ...]] = []
+    runs: list[Run] = []
+    same = True
+    repeats = 9 if options.full else 3
+    for count in (20, 100, 1000, 10_000, 100_000) if options.full else (20, 100, 1000):
+        keys = sm.examples.random_keyframes(count, 40, seed=0)
+        solutions = []
+        for way in WAYS:
+            options.progress(f"{count} keyframes, {_name(way)}")
+            solver = sm.ExactNewton(kernels=way[0], threads=way[1])
+            found = [solver.solve(sm.affine_program(keys)) for _ in range(repeats if count <= 1000 else 1)]
+            found.sort(key=lambda s: s.seconds.total)
+            solutions.append(found[len(found) // 2])
+            runs.append(Run.of(f"{count} keyframes, {_name(way)}", solutions[-1]))
+        hessians = [_hessian_seconds(solutions[0], *way) for way in WAYS]
+        totals = [s.seconds.total for s in solutions]
+        rows += [
+            (count, *way, 1e3 * h, hessians[0] / h, 1e3 * t, totals[0] / t)
+            for way, h, t in zip(WAYS, hessians, totals, strict=True)
+        ]
+        same &= len({s.x.tobytes() + s.multiplier_vector.tobytes() for s in solutions}) == 1
+    columns = (
+        *(Column("keyframes"), Column("kernels"), Column("threads")),
+        *(Column("gradient and Hessian", "ms"), Column("gain")),
+        *(Column("build and solve", "ms"), Column("gain ")),
+    )
+    caption = (
+        "R, cubic, in space, one inserted knot per segment: medians, and how many times faster than on one thread and "
+        "interpreted."
+    )
+    table = Table("ways to evaluate", columns, tuple(rows), caption)
+    notes = ()
+    program = sm.affine_program(sm.examples.planar_keyframes())
+    if not Evaluator(program, "compiled").terms[0].prepare("hessian").compiled:
+        notes += (
+            "No C compiler serves here: what is called compiled was interpreted too, and what is said of it is void.",
+        )
+    if available_processors() < 2:
+        notes += ("One processor is available: a second thread cannot gain anything.",)
+    return StudyResult((table, kernels), (_figure(rows),), tuple(runs), _conclusion(rows, kernels, runs, same), notes)
+
+
+def _name(way: tuple[Kernels, int]) -> str:
+    return f"{way[0]}, {way[1]} thread{'s' if way[1] > 1 else ''}"
+
+
+def _hessian_seconds(solution: sm.Solution, kernels: Kernels, threads: int) -> float:
+    """One evaluation of gradient and reduced Hessian at the solution, as a step of the solver needs it."""
+    program, x = solution.program, solution.x
+    evaluator = Evaluator(program, kernels, threads)
+    pattern = system_of(program, evaluator, x).pattern
+    return _median_seconds(lambda: evaluator.second_order(x, pattern))
+
+
+def _median_seconds(call) -> float:
+    call()
+    times = []
+    while len(times) < 3 or sum(times) < 0.05:
+        began = perf_counter()
+        call()
+        times.append(perf_counter() - began)
+    return median(times)
+
+
+def _kernels(options: StudyOptions) -> Table:
+    """The Hessian kernel of every energy, a node at a time, and the first solve with an empty cache and a full one."""
+    objectives = (*OBJECTIVES, LONGEST) if options.full else OBJECTIVES
+    options.progress("the compiler")
+    with TemporaryDirectory() as directory:
+        first, later = (_compile_seconds(directory, len(objectives)) for _ in range(2))
+    keys = sm.examples.random_keyframes(100, 40, seed=0)
+    rows = []
+    for energy, empty, full in zip(objectives, first, later, strict=True):
+        options.progress(f"kernel of {energy.name}")
+        program = sm.affine_program(keys, objective=energy)
+        seconds = [_node_seconds(program, k) for k in ("interpreted", "compiled")]
+        instructions = program.terms[0].kernel.function("hessian").n_instructions()
+        rows.append((energy.name, instructions, *(1e9 * s for s in seconds), seconds[0] / seconds[1], empty, full))
+    columns = (
+        *(Column("objective"), Column("instructions")),
+        *(Column("interpreted", "ns"), Column("compiled", "ns"), Column("gain")),
+        *(Column("first solve's preparation", "s"), Column("in a later process", "s")),
+    )
+    caption = (
+        "Gradient and Hessian at one Gauss node, on one thread. Preparation: differentiating, compiling and loading "
+        "the functions of the objective, with an empty cache and from it."
+    )
+    return Table("kernels", columns, tuple(rows), caption)
+
+
+def _compile_seconds(directory: str, objectives: int) -> list[float]:
+    """For each objective the seconds before its first iteration, in a new process: one opens a kernel only once."""
+    environment = os.environ | {"SYMMOTION_CACHE": directory}
+    code = f"from studies.solving.kernels import preparation; print(*preparation({objectives}))"
+    root = Path(__file__).parents[2]
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, cwd=root, capture_output=True, text=True, check=True
+    )
+    return [float(word) for word in done.stdout.split()]
+
+
+def preparation(count: int) -> list[float]:
+    """For each of the first objectives the seconds that differentiating, compiling and loading its functions take."""
+    keys = sm.examples.random_keyframes(20, 40, seed=0)
+    programs = [sm.affine_program(keys, objective=objective) for objective in (*OBJECTIVES, LONGEST)[:count]]
+    return [sm.ExactNewton(kernels="compiled").solve(program).seconds.compile or 0.0 for program in programs]
+
+
+def _node_seconds(program: sm.Program, kernels: Kernels) -> float:
+    evaluator = Evaluator(program, kernels, threads=1).terms[0]
+    block = evaluator.block
+    z, share = block.rows(program.start[block.variable]), np.ones((block.count, 1))
+    mapped = evaluator.prepare("hessian")
+    return _median_seconds(lambda: mapped.each(lambda *_: None, z, block.data, None, share)) / block.count
+
+
+def _figure(rows: list[tuple[Cell, ...]]) -> Figure:
+    with new_figure(6.0, 3.2) as figure:
+        axes = figure.subplots()
+        for way, style in zip(WAYS, (":o", "--o", ":s", "-s"), strict=True):
+            mine = np.array([(row[0], row[5]) for row in rows if row[1:3] == way], dtype=float)
+            axes.loglog(*mine.T, style, color=COLOURS[way[0] == "compiled"], label=_name(way), markersize=4)
+        axes.set_xlabel("keyframes")
+        axes.set_ylabel("build and solve [ms]")
+        axes.legend()
+        return to_figure(figure, "ways", "Build and solve, by the way that kernels are evaluated.")
+
+
+def _conclusion(rows: list[tuple[Cell, ...]], kernels: Table, runs: list[Run], same: bool) -> str:
+    count = rows[-1][0]
+    last = {row[1:3]: row for row in rows if row[0] == count}
+    both, alone = last["compiled", 2], last["compiled", 1]
+    gains = [float(row[4] or 0) for row in kernels.rows]
+    return (
+        f"A compiled Hessian kernel is {min(gains):.2g} to {max(gains):.2g} times as fast as an interpreted one. With "
+        f"{count:,} keyframes that makes the gradient and the Hessian {alone[4]:.2g} times as fast, with a second "
+        f"thread {both[4]:.2g} times, and all of building and solving {alone[6]:.2g} and {both[6]:.2g} times. "
+        f"Programs of a few hundred keyframes stay on one thread.\n\n"
+        f"The compiler takes {max(float(row[5] or 0) - float(row[6] or 0) for row in kernels.rows):.2g} s at most for "
+        f"the functions of an objective, once for a machine. Solutions and multipliers are "
+        + ("the same in every bit, whatever the way. " if same else "NOT the same in every bit. ")
+        + f"{sum(r.certified for r in runs)} of {len(runs)} runs are certified."
+    )
+
+
+STUDY = Study(
+    "kernels",
+    "What do compiled kernels and a second thread gain?",
+    "",
+    run,
+    order=5,
+)

@@ -1,0 +1,188 @@
+"""One method on one size in a process of its own, with a budget of time and memory; what it took."""
+
+import os
+import pickle
+import re
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from time import perf_counter, sleep
+from typing import Any
+
+import symmotion as sm
+from studies.solving.scaling_alternatives import judge
+from symmotion.report import Run
+from symmotion.solvers.solution import Seconds
+
+LOOK = 0.02  # seconds between looks at a running process
+# What takes less than BRIEF seconds at first is timed again, until the repetitions take ENOUGH or are REPEATS.
+BRIEF, ENOUGH, REPEATS = 0.3, 0.1, 9
+ANGLE, SEED = 40, 0  # of the random keyframes
+# Not -m, under which the classes here would be others than those of this process.
+START = "import sys; from pathlib import Path; from studies.solving.scaling_worker import work; work(Path(sys.argv[1]))"
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Seconds of build and solve, and megabytes of the whole process, at which a method is stopped."""
+
+    seconds: float
+    megabytes: float
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A method at a size.
+
+    run: its row, with median times; first: seconds of the first solve in its process, caches empty;
+    memory, before: megabytes of the process at most and after its imports, None where unknown;
+    stopped: why it was stopped, empty where it was not; unknowns: of its own formulation.
+    """
+
+    method: str
+    keyframes: int
+    run: Run
+    first: float | None = None
+    memory: float | None = None
+    before: float | None = None
+    stopped: str = ""
+    unknowns: int | None = None
+
+    @property
+    def beyond(self) -> float | None:
+        """Megabytes beyond those of the imports."""
+        return None if self.memory is None or self.before is None else self.memory - self.before
+
+    @property
+    def seconds(self) -> float | None:
+        """Build and solve, where the result is certified."""
+        return self.run.seconds.total if self.run.certified else None
+
+
+def case(keyframes: int) -> str:
+    return f"R, {ANGLE}°, {keyframes} keyframes"
+
+
+def measure(method: str, solver: Any, keyframes: int, budget: Budget) -> Measurement:
+    """Build and solve with a solver or an alternative, in a fresh process; a failure is a row, too."""
+    with TemporaryDirectory() as directory:
+        task, ready, result = (Path(directory) / name for name in ("task", "ready", "result"))
+        task.write_bytes(pickle.dumps((method, solver, keyframes)))
+        # Not multiprocessing: a study may itself run in a worker that is not allowed children of that kind.
+        process = subprocess.Popen(
+            [sys.executable, "-c", START, directory],
+            # Solvers print banners whatever they are told.
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )
+        before = began = memory = None
+        try:
+            while process.poll() is None:
+                if began is None and ready.exists():
+                    # Imports are done, the clock starts.
+                    before, began = pickle.loads(ready.read_bytes()), perf_counter()
+                memory = _peak(process.pid) or memory
+                why = _exceeded(budget, began, memory)
+                if why:
+                    return _stopped(method, solver, keyframes, why, memory, before)
+                sleep(LOOK)
+        finally:
+            process.kill()
+            process.wait()
+        if result.exists():
+            return replace(pickle.loads(result.read_bytes()), before=pickle.loads(ready.read_bytes()))
+        why = f"the process ended with code {process.returncode}"
+        return _stopped(method, solver, keyframes, why, memory, before)
+
+
+def _exceeded(budget: Budget, began: float | None, memory: float | None) -> str:
+    if began is not None and perf_counter() - began > budget.seconds:
+        return f"more than {budget.seconds:g} s"
+    if memory is not None and memory > budget.megabytes:
+        return f"more than {budget.megabytes:g} MB"
+    return ""
+
+
+def _stopped(
+    method: str, solver: Any, keyframes: int, why: str, memory: float | None, before: float | None
+) -> Measurement:
+    row = Run.failed(case(keyframes), method, repr(solver), "stopped", why)
+    return Measurement(method, keyframes, row, None, memory, before, why)
+
+
+def work(directory: Path) -> None:
+    """What the process does; imports are done when it gets here."""
+    method, solver, keyframes = pickle.loads((directory / "task").read_bytes())
+    _put(_peak(os.getpid()), directory / "ready")
+    try:
+        found = timed(method, solver, keyframes)
+    except Exception as error:
+        row = Run.failed(case(keyframes), method, repr(solver), "failed", " ".join(str(error).split())[:300])
+        found = Measurement(method, keyframes, row, None, _peak(os.getpid()))
+    _put(found, directory / "result")
+
+
+def _put(value: Any, path: Path) -> None:
+    """Pickled, and there as a whole or not at all."""
+    part = path.with_suffix(".part")
+    part.write_bytes(pickle.dumps(value))
+    part.replace(path)
+
+
+def timed(method: str, solver: Any, keyframes: int) -> Measurement:
+    """Build and solve in this process: memory and time of the first, and the median time of repetitions if brief."""
+    keys = sm.examples.random_keyframes(keyframes, ANGLE, SEED)
+    attempts: list[Seconds] = []
+    solution, unknowns, memory = None, None, None
+    while _again(attempts):
+        program = sm.affine_program(keys)
+        if hasattr(solver, "attempt"):
+            answer = solver.attempt(program)
+            # Before the certificate, which is ours.
+            memory = memory or _peak(os.getpid())
+            solution, unknowns = judge(program, solver, answer), answer.unknowns
+        else:
+            solution = solver.solve(program)
+            memory, unknowns = memory or _peak(os.getpid()), program.unknowns
+        attempts.append(solution.seconds)
+    assert solution is not None
+    row = replace(Run.of(case(keyframes), solution), method=method, log=(), seconds=_middle(attempts[1:] or attempts))
+    return Measurement(method, keyframes, row, attempts[0].total, memory, unknowns=unknowns)
+
+
+def _again(attempts: list[Seconds]) -> bool:
+    if not attempts:
+        return True
+    repeated = sum(s.total for s in attempts[1:])
+    return attempts[0].total < BRIEF and len(attempts) <= REPEATS and repeated < ENOUGH
+
+
+def _middle(attempts: list[Seconds]) -> Seconds:
+    """The attempt of the median total."""
+    middle = median(s.total for s in attempts)
+    return min(attempts, key=lambda s: abs(s.total - middle))
+
+
+def _peak(pid: int | None) -> float | None:
+    """Megabytes that a process has had at most; None where the system does not tell of another process.
+
+    Linux's figure starts with the process; that of getrusage starts from the peak of who started it.
+    """
+    status = Path(f"/proc/{pid}/status")
+    try:
+        found = re.search(r"VmHWM:\s*(\d+)", status.read_text())
+    except OSError:
+        found = None
+    if found:
+        return int(found[1]) / 1024
+    if pid != os.getpid() or sys.platform == "win32":
+        return None
+    import resource
+
+    # Bytes on macOS, kilobytes elsewhere.
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)

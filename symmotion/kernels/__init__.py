@@ -1,0 +1,13 @@
+"""Kernels: the small symbolic functions that programs are made of, interpreted or as machine code."""
+
+from symmotion.kernels.kernel import Kernel
+from symmotion.kernels.mapped import Kernels, Mapped, available_processors, default_threads, kernel_function
+
+__all__ = [
+    "Kernel",
+    "Kernels",
+    "Mapped",
+    "available_processors",
+    "default_threads",
+    "kernel_function",
+]

@@ -1,0 +1,168 @@
+"""Kernel functions over many nodes: interpreted or compiled, in chunks that stay in cache, on one thread or several."""
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import lru_cache
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+
+from symmotion.kernels.compiled import MachineFunction, load
+from symmotion.kernels.kernel import Kernel
+
+Kernels = Literal["auto", "compiled", "interpreted"]
+CHUNK = 131072  # numbers that a chunk reads and writes: 1 MB
+COMPILE_FROM = 20_000  # nodes of R from which a solve or two repay the compiler: study `kernels`
+THREADS_FROM = 16  # chunks from which a second thread pays
+
+
+def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> MachineFunction | ca.Function:
+    """One of the functions of `derive` for `count` nodes: compiled where that is wanted or free, else CasADi's.
+
+    kernels: "compiled" compiles what the cache lacks, "interpreted" leaves the cache alone,
+    "auto" takes what is in the cache and compiles for programs that repay it at once.
+    """
+    machine = None
+    if kernels != "interpreted":
+        build = kernels == "compiled" or count >= COMPILE_FROM
+        machine = load(kernel.code, kind, kernel.channels, kernel.squares, build)
+    return machine or kernel.function(kind)
+
+
+def default_threads() -> int:
+    """How many threads a long program gets by default: as many as there are processors, four at most."""
+    # Machines with many processors are shared by jobs, and gathering the Hessian stays on one thread.
+    return min(4, available_processors())
+
+
+def available_processors() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class Mapped:
+    """A kernel function over many nodes, in chunks. One per thread that calls it.
+
+    count: nodes in all; multiple: nodes that must stay in one chunk; threads: at most so many
+    work on it at once. Every node's numbers are the same whatever the chunks and threads.
+    """
+
+    def __init__(self, function: MachineFunction | ca.Function, count: int, multiple: int = 1, threads: int = 1):
+        if isinstance(function, MachineFunction):
+            inputs, outputs = function.inputs, function.outputs
+        else:
+            inputs = tuple(function.size1_in(i) for i in range(function.n_in()))
+            outputs = tuple(function.size1_out(i) for i in range(function.n_out()))
+        self.count, self.inputs, self.outputs = count, inputs, outputs
+        self.compiled = isinstance(function, MachineFunction)
+        # Chunks of equal size: what the last one lacks would be interpreted in vain.
+        elements = count // multiple
+        rounds = max(1, round(count * sum(inputs + outputs) / CHUNK))
+        size = -(-elements // rounds) * multiple
+        self._chunks = [slice(start, min(start + size, count)) for start in range(0, count, size)] if size else []
+        threads = min(threads, max(1, 2 * len(self._chunks) // THREADS_FROM))
+        self._workers = [
+            _Compiled(function, size) if isinstance(function, MachineFunction) else _Interpreted(function, size)
+            for _ in range(threads)
+        ]
+
+    def each(self, use: Callable[[slice, list[np.ndarray]], None], *inputs: np.ndarray | None) -> None:
+        """Call use(nodes, outputs) for every chunk: its slice of the nodes and the outputs there, (nodes, size) each.
+
+        inputs: (count, size) each, in the function's order; None for one that it does not read.
+        outputs are valid during the call only. `use` runs on several threads where the work is
+        large, and may write to different places only.
+        """
+        contiguous = [None if a is None else np.ascontiguousarray(a, dtype=float) for a in inputs]
+        for a, size in zip(contiguous, self.inputs, strict=True):
+            if a is not None and size and a.size != self.count * size:
+                raise ValueError(f"an array ({self.count}, {size}) is needed, not {a.shape}")
+
+        def work(worker: _Compiled | _Interpreted, chunks: Sequence[slice]) -> None:
+            for nodes in chunks:
+                use(nodes, worker(contiguous, nodes))
+
+        if len(self._workers) == 1:
+            return work(self._workers[0], self._chunks)
+        share = -(-len(self._chunks) // len(self._workers))
+        parts = [self._chunks[k * share : (k + 1) * share] for k in range(len(self._workers))]
+        pool = _pool(len(self._workers), os.getpid())
+        rest = [pool.submit(work, *pair) for pair in zip(self._workers[1:], parts[1:], strict=True)]
+        try:
+            work(self._workers[0], parts[0])
+        finally:
+            wait(rest)  # an interrupt must not leave them writing into arrays that are used again
+        for future in rest:
+            future.result()
+
+    def __call__(self, *inputs: np.ndarray | None) -> np.ndarray:
+        """(count, size) the first output at all nodes."""
+        result = np.empty((self.count, self.outputs[0]))
+
+        def keep(nodes: slice, outputs: list[np.ndarray]) -> None:
+            result[nodes] = outputs[0]
+
+        self.each(keep, *inputs)
+        return result
+
+
+@lru_cache(maxsize=4)
+def _pool(threads: int, process: int) -> ThreadPoolExecutor:
+    # Of this process: a forked one has the parent's pool without its threads.
+    # Starting threads costs more than the work that they take over in a program of middling size.
+    return ThreadPoolExecutor(threads, thread_name_prefix="symmotion")
+
+
+class _Compiled:
+    """One thread's output arrays for machine code."""
+
+    def __init__(self, function: MachineFunction, chunk: int):
+        self._function = function
+        self._outputs = [np.empty((chunk, size)) for size in function.outputs]
+        self._addresses = [array.ctypes.data for array in self._outputs]
+
+    def __call__(self, inputs: Sequence[np.ndarray | None], nodes: slice) -> list[np.ndarray]:
+        count = nodes.stop - nodes.start
+        pairs = zip(inputs, self._function.inputs, strict=True)
+        self._function(count, [_address(a, size * nodes.start) if size else None for a, size in pairs], self._addresses)
+        return [array[:count] for array in self._outputs]
+
+
+def _address(array: np.ndarray | None, first: int) -> int:
+    """Where the number of index `first` lies."""
+    if array is None:
+        raise ValueError("an input that the function reads is missing")
+    return array.ctypes.data + array.itemsize * first
+
+
+class _Interpreted:
+    """One thread's input and output arrays for CasADi's virtual machine.
+
+    `Function.buffer()` costs under a microsecond a call where an ordinary call costs fifty.
+    """
+
+    def __init__(self, function: ca.Function, chunk: int):
+        self._inputs = [np.zeros((chunk, function.size1_in(i))) for i in range(function.n_in())]
+        self._outputs = [np.zeros((chunk, function.size1_out(i))) for i in range(function.n_out())]
+        # CasADi's stubs do not know that a memoryview brings its own size.
+        self._buffer, self._call = _repeated(function, chunk).buffer()
+        for i, array in enumerate(self._inputs):
+            if array.size:
+                self._buffer.set_arg(i, memoryview(array))  # pyright: ignore[reportCallIssue, reportArgumentType]
+        for i, array in enumerate(self._outputs):
+            self._buffer.set_res(i, memoryview(array))  # pyright: ignore[reportCallIssue, reportArgumentType]
+
+    def __call__(self, inputs: Sequence[np.ndarray | None], nodes: slice) -> list[np.ndarray]:
+        count = nodes.stop - nodes.start
+        for array, values in zip(self._inputs, inputs, strict=True):
+            if values is not None and array.size:
+                array[:count] = values[nodes]
+        self._call()
+        return [array[:count] for array in self._outputs]
+
+
+@lru_cache(maxsize=512)
+def _repeated(function: ca.Function, count: int) -> ca.Function:
+    return function.map(count)

@@ -1,0 +1,262 @@
+"""Unit quaternion curves in cumulative form: Bézier, Hermite and B-spline curves with simple derivatives (KKS)."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.motions.pictures import as_html, plot_rates
+from symmotion.motions.quaternions.algebra import (
+    Signs,
+    aligned,
+    as_quaternions,
+    conjugate,
+    exp,
+    from_rotation,
+    increments_between,
+    log,
+    product,
+    rotate,
+    to_rotation,
+)
+from symmotion.motions.quaternions.jets import evaluate
+from symmotion.splines import BSplineBasis
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+Frame = Literal["body", "world"]
+
+
+class QuaternionJet(NamedTuple):
+    """Orientations (…, 4) with angular rate, acceleration, jerk (…, 3), rad and s; None where not asked."""
+
+    quaternion: np.ndarray
+    rate: np.ndarray = None  # pyright: ignore[reportAssignmentType]
+    acceleration: np.ndarray = None  # pyright: ignore[reportAssignmentType]
+    jerk: np.ndarray = None  # pyright: ignore[reportAssignmentType]
+
+
+@dataclass(frozen=True, eq=False)
+class QuaternionMotion:
+    """The unit quaternion curve q(t) = q_0 Π exp(ω_i B̃_i(t)), B̃_i = Σ_{j ≥ i} B_j (KKS (7)).
+
+    basis: the B-splines B_j, of degree 1 or more, clamped or not or periodic; control_points:
+    (n, 4) unit quaternions q_i, scalar first; increments: (n − 1, 3), of a periodic curve (n, 3)
+    with the way from the last to the first, half-angle vectors ω_i with q_{i−1} exp(ω_i) = ± q_i.
+    Left out, they are the shortest ways between the control quaternions with aligned signs.
+
+    The curve is C^{degree − 1} at simple knots, and a control quaternion moves it on degree + 1 spans only.
+    """
+
+    basis: BSplineBasis
+    control_points: np.ndarray
+    # None only on the way in: the shortest ways are put in its place.
+    increments: np.ndarray = None  # pyright: ignore[reportAssignmentType]
+
+    def __post_init__(self):
+        n, closed = self.basis.n, self.basis.periodic
+        if self.basis.degree < 1:
+            raise InputError("a quaternion curve needs degree 1 or more")
+        q = as_quaternions(self.control_points, "control quaternion")
+        if len(q) != n:
+            raise InputError(f"{len(q)} control quaternions: {n} are needed for this basis")
+        way = n if closed else n - 1
+        if self.increments is None:
+            q = aligned(q, what="control quaternion")
+            increments = increments_between(q)
+            if closed:
+                last = q[:1] * (1 if q[0] @ q[-1] >= 0 else -1)
+                increments = np.concatenate([increments, log(product(conjugate(q[-1:]), last))])
+        else:
+            increments = np.array(self.increments, dtype=float)
+            if increments.shape != (way, 3) or not np.isfinite(increments).all():
+                raise InputError(f"increments of shape {increments.shape}: finite, ({way}, 3) is needed")
+            q, error = _chained(q, increments)
+            if error.max(initial=0.0) > 1e-6:
+                i = int(np.argmax(error > 1e-6))
+                raise InputError(
+                    f"increment {i} does not lead from control quaternion {i} to the next one: off by {error[i]:.2g}"
+                )
+        object.__setattr__(self, "control_points", q)
+        object.__setattr__(self, "increments", increments)
+
+    @staticmethod
+    def bezier(control_quaternions, turns=None, span=(0.0, 1.0), signs: Signs = "align") -> "QuaternionMotion":
+        """The Bézier quaternion curve of degree n over `span` (KKS (10)).
+
+        control_quaternions: (n + 1, 4) or a `Rotation`, n ≥ 1; turns: (n,) whole physical turns
+        added to each increment; signs: as in `aligned`.
+        """
+        q = as_quaternions(control_quaternions, "control quaternion", least=2)
+        return QuaternionMotion.bspline(BSplineBasis.clamped(_span(span), len(q) - 1), q, turns, signs)
+
+    @staticmethod
+    def bspline(basis: BSplineBasis, control_quaternions, turns=None, signs: Signs = "align") -> "QuaternionMotion":
+        """The B-spline quaternion curve of any order over any knots (KKS 5.3), with whole extra turns.
+
+        turns: (n − 1,) physical turns added to each increment along its own direction; signs: as in `aligned`.
+        """
+        q = as_quaternions(control_quaternions, "control quaternion", least=2)
+        if len(q) != basis.n:
+            raise InputError(
+                f"{len(q)} control quaternions for a basis of degree {basis.degree} with {basis.n} functions: "
+                f"{basis.n} are needed"
+            )
+        if basis.periodic:
+            if turns is not None:
+                raise InputError("turns between control quaternions take a basis that is not periodic")
+            return QuaternionMotion(basis, q)
+        q = aligned(q, signs, "control quaternion")
+        return QuaternionMotion(basis, q, increments_between(q, turns, "control quaternion"))
+
+    @staticmethod
+    def hermite(start, end, start_rate, end_rate, turns: int = 0, span=(0.0, 1.0), frame: Frame = "body"):
+        """The cubic Hermite quaternion curve from `start` to `end` with given end rates (KKS 5.2).
+
+        start, end: unit quaternions (4,); rates: (3,) in rad/s, in the body's or the world's frame;
+        turns: whole physical turns added to the middle factor along its own direction; the end
+        rates stay. ω_1 = ω_a/3, ω_3 = ω_b/3, ω_2 = log(exp(ω_1)⁻¹ q_a⁻¹ q_b exp(ω_3)⁻¹).
+        """
+        ends = as_quaternions(np.stack([start, end]), "end quaternion")
+        outer = [np.asarray(r, dtype=float) for r in (start_rate, end_rate)]
+        if any(r.shape != (3,) or not np.isfinite(r).all() for r in outer):
+            raise InputError("end rates: two finite vectors (3,) in rad/s are needed")
+        rates = np.stack(outer)
+        a, b = _span(span)
+        if _require_frame(frame) == "world":
+            rates = rotate(conjugate(ends), rates)
+        outer = rates * (b - a) / 6
+        inner = np.stack([product(ends[0], exp(outer[0])), product(ends[1], exp(-outer[1]))])
+        inner = aligned(inner, what="inner control quaternion")
+        middle = increments_between(inner, np.array([turns]), "inner control quaternion")
+        controls = np.stack([ends[0], inner[0], inner[1], ends[1]])
+        return QuaternionMotion(
+            BSplineBasis.clamped([a, b], 3), controls, np.concatenate([outer[:1], middle, outer[1:]])
+        )
+
+    @property
+    def degree(self) -> int:
+        return self.basis.degree
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return self.basis.domain
+
+    @property
+    def turns(self) -> np.ndarray:
+        """Whole physical turns in each increment beyond the short way."""
+        return np.round(np.linalg.norm(self.increments, axis=1) / np.pi).astype(int)
+
+    def __repr__(self) -> str:
+        a, b = self.domain
+        return f"QuaternionMotion(degree {self.degree}, {self.basis.n} control quaternions, times {a:g} to {b:g})"
+
+    @cached_property
+    def table(self) -> tuple[np.ndarray, np.ndarray]:
+        """Control quaternions (4, n) and, by the control they lead to, axis and half angle of the increments (4, n)."""
+        shifted = np.zeros((self.basis.n, 3))
+        if self.basis.periodic:
+            shifted = np.roll(self.increments, 1, axis=0)
+        else:
+            shifted[1:] = self.increments
+        angle = np.linalg.norm(shifted, axis=1)
+        axis = shifted / np.where(angle > 0, angle, 1.0)[:, None]
+        return np.ascontiguousarray(self.control_points.T), np.concatenate([axis.T, angle[None]])
+
+    def jet(self, t, order: int = 2, frame: Frame = "body") -> QuaternionJet:
+        """Orientation with its angular rates up to `order` (≤ 3) at times t, in one pass; in the body's or world frame.
+
+        InputError outside the domain.
+        """
+        if order not in (0, 1, 2, 3):
+            raise InputError(f"order {order!r}: 0 to 3 is needed")
+        t = np.asarray(t, dtype=float)
+        if not np.isfinite(t).all():
+            raise InputError("times must be finite")
+        q, rates = evaluate(self.basis, self.table, t.ravel(), order, _require_frame(frame) == "world")
+        return QuaternionJet(q.reshape(*t.shape, 4), *(r.reshape(*t.shape, 3) for r in rates))
+
+    def __call__(self, t, nu: int = 0) -> np.ndarray:
+        """The nu-th derivative (0 to 3) of the unit quaternion at times t: t.shape + (4,).
+
+        q̇ = q w, q̈ = q (w² + ẇ), d³q/dt³ = q (w³ + 2 w ẇ + ẇ w + ẅ) with w = Ω/2.
+        """
+        jet = self.jet(t, nu)
+        if nu == 0:
+            return jet.quaternion
+        turning = [r for r in jet[1:] if r is not None]
+        rates = [np.concatenate([np.zeros((*r.shape[:-1], 1)), r / 2], axis=-1) for r in turning]
+        w = rates[0]
+        if nu == 1:
+            inner = w
+        elif nu == 2:
+            inner = product(w, w) + rates[1]
+        else:
+            inner = product(w, product(w, w)) + 2 * product(w, rates[1]) + product(rates[1], w) + rates[2]
+        return product(jet.quaternion, inner)
+
+    def rotation(self, t) -> "Rotation":
+        """The orientations at times t (N,) as a SciPy `Rotation`."""
+        return to_rotation(self(t))
+
+    def rate(self, t, frame: Frame = "body") -> np.ndarray:
+        """The angular rate Ω = 2 q⁻¹ q̇ at times t, in rad/s: t.shape + (3,)."""
+        return self._rates(t, 1, frame)
+
+    def acceleration(self, t, frame: Frame = "body") -> np.ndarray:
+        """The angular acceleration at times t, in rad/s²: t.shape + (3,)."""
+        return self._rates(t, 2, frame)
+
+    def jerk(self, t, frame: Frame = "body") -> np.ndarray:
+        """The second derivative of the angular rate at times t, in rad/s³: t.shape + (3,)."""
+        return self._rates(t, 3, frame)
+
+    def _rates(self, t, order: int, frame: Frame) -> np.ndarray:
+        return self.jet(t, order, frame)[order]
+
+    def with_control(self, i: int, quaternion) -> "QuaternionMotion":
+        """The same curve with control quaternion i replaced, turned the short way to both its neighbours."""
+        if not -self.basis.n <= i < self.basis.n:
+            raise InputError(f"control quaternion {i} does not exist: there are {self.basis.n}")
+        q, i = self.control_points.copy(), i % self.basis.n
+        q[i] = as_quaternions(np.atleast_2d(quaternion), "control quaternion")[0]
+        if self.basis.periodic:
+            return QuaternionMotion(self.basis, q)
+        increments = self.increments.copy()
+        for k in range(max(0, i - 1), min(self.basis.n - 1, i + 1)):
+            increments[k] = increments_between(aligned(q[k : k + 2], what="control quaternion"))[0]
+        return replace(self, control_points=q, increments=increments)
+
+    plot = plot_rates
+    _repr_html_ = as_html
+
+
+def from_rotations(rotation: "Rotation") -> np.ndarray:
+    """Scalar-first unit quaternions with aligned signs of a SciPy `Rotation` of M rotations, for the constructors."""
+    return aligned(as_quaternions(from_rotation(rotation)))
+
+
+def _chained(q: np.ndarray, increments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """q with the signs that the increments lead to, and how far each increment misses (way,)."""
+    following = np.roll(q, -1, axis=0)[: len(increments)]
+    reached = product(q[: len(increments)], exp(increments))
+    cosine = np.sum(reached * following, axis=1)
+    error = np.linalg.norm(reached - np.where(cosine < 0, -1, 1)[:, None] * following, axis=1)
+    signs = np.cumprod(np.where(cosine < 0, -1.0, 1.0))
+    return q * np.concatenate([[1.0], signs])[: len(q), None], error
+
+
+def _span(span) -> tuple[float, float]:
+    a, b = (float(s) for s in span)
+    if not (np.isfinite([a, b]).all() and a < b):
+        raise InputError(f"span from {a:g} to {b:g}: two increasing finite times are needed")
+    return a, b
+
+
+def _require_frame(frame: str) -> str:
+    if frame not in ("body", "world"):
+        raise InputError(f"frame {frame!r} is unknown; there are body, world")
+    return frame

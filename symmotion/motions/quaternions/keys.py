@@ -1,0 +1,96 @@
+"""Keyframes of orientation: unit quaternions at increasing times, and the ways between them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from symmotion.errors import InputError
+from symmotion.motions.keyframes import Keyframes
+from symmotion.motions.quaternions.algebra import (
+    Signs,
+    aligned,
+    as_quaternions,
+    conjugate,
+    exp,
+    increments_between,
+    product,
+    short_log,
+)
+from symmotion.splines import check_times
+
+
+@dataclass(frozen=True, eq=False)
+class OrientationKeys:
+    """M orientations at increasing times, and the way from each to the next.
+
+    times: (M,); quaternions: (M, 4) with the signs that the ways lead to; ways: (M − 1, 3)
+    half-angle vectors, longer than π/2 where the long way round or whole turns were asked for.
+    """
+
+    times: np.ndarray
+    quaternions: np.ndarray
+    ways: np.ndarray
+
+    @staticmethod
+    def of(times, quaternions=None, turns=None, signs: Signs = "align") -> "OrientationKeys":
+        """Checked keyframes; quaternions: (M, 4) scalar first, or a SciPy `Rotation`; turns, signs: as in `aligned`.
+
+        Rigid `Keyframes` in space stand for times and quaternions both.
+        """
+        if isinstance(times, Keyframes) != (quaternions is None):
+            raise InputError("times and quaternions are needed, or Keyframes alone")
+        if isinstance(times, Keyframes):
+            times, quaternions = times.times, times.rotations()
+        q = as_quaternions(quaternions, "keyframe", 2)
+        times = check_times(times)
+        if len(times) != len(q):
+            raise InputError(f"{len(times)} times for {len(q)} quaternions: one of each per keyframe is needed")
+        q = aligned(q, signs)
+        ways = increments_between(q, turns)
+        if turns is not None:
+            # Every whole turn takes q to the other side.
+            q = q * np.concatenate([[1.0], (-1.0) ** np.cumsum(turns)])[:, None]
+        return OrientationKeys(times, q, ways)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def scaled(self, share: float) -> "OrientationKeys":
+        """Keyframes from the same first one on by the same ways, each shortened to a share of its length."""
+        ways = share * self.ways
+        q = [self.quaternions[0]]
+        for way in exp(ways):
+            q.append(product(q[-1], way))
+        return OrientationKeys(self.times, np.array(q), ways)
+
+    def turned(self, quaternions) -> "OrientationKeys":
+        """Other orientations (M, 4) at the same times; of the ways between them, those nearest to the old ones."""
+        q = as_quaternions(quaternions, "keyframe", 2)
+        if len(q) != len(self):
+            raise InputError(f"{len(q)} quaternions for {len(self)} times: as many are needed")
+        plain = short_log(product(conjugate(q[:-1]), q[1:]))
+        size = np.linalg.norm(plain, axis=1)
+        long = np.linalg.norm(self.ways, axis=1)
+        # Where the orientations are alike, the old way tells the axis.
+        axis = (
+            np.where((size > 1e-9)[:, None], plain, self.ways)
+            / np.where(size > 1e-9, size, long + (long == 0))[:, None]
+        )
+        turns = np.round((np.sum(self.ways * axis, axis=1) - size) / np.pi)
+        ways = axis * (size + np.pi * turns)[:, None]
+        first = q[0] if q[0] @ self.quaternions[0] >= 0 else -q[0]
+        signs = [1.0]
+        for k, way in enumerate(exp(ways)):
+            signs.append(1.0 if product(signs[-1] * q[k], way) @ q[k + 1] >= 0 else -1.0)
+        q = q * np.array(signs)[:, None]
+        return OrientationKeys(self.times, q if q[0] @ first >= 0 else -q, ways)
+
+    def require_closed(self) -> None:
+        """Raise InputError unless the last keyframe is the first."""
+        if 1 - abs(self.quaternions[0] @ self.quaternions[-1]) > 1e-12:
+            raise InputError("periodic ends need the last keyframe equal to the first")
+
+    @property
+    def unrolled(self) -> np.ndarray:
+        """(M, 3) the ways summed up, as if they commuted."""
+        return np.concatenate([np.zeros((1, 3)), np.cumsum(self.ways, axis=0)])

@@ -1,0 +1,237 @@
+"""What every solver returns: a point with multipliers, our certificate of it, and how it came about."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from symmotion.errors import InputError, SolveError
+from symmotion.program import Evaluator, Program
+from symmotion.program.state import made_of
+from symmotion.systems import Certificate, certify
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class Status(StrEnum):
+    """How a solve ended. Only SOLVED means that the first-order conditions hold to the solver's tolerance."""
+
+    SOLVED = "solved"
+    ITERATION_LIMIT = "iteration-limit"
+    STALLED = "stalled"
+    DIVERGED = "diverged"
+    FAILED = "failed"
+    UNSUPPORTED = "unsupported"
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One row of a solver's log; None where the solver does not tell.
+
+    stationarity and violation are as in the certificate, for IPOPT its own (scaled) figures.
+    theta: share of the exact Hessian in the matrix factorised for the step taken from here;
+    step: its length; inertia: of the exact Hessian; evaluate, linear: seconds of this iteration.
+    """
+
+    objective: float
+    stationarity: float
+    violation: float
+    theta: float | None = None
+    step: float | None = None
+    inertia: str | None = None
+    evaluate: float | None = None
+    linear: float | None = None
+
+
+@dataclass(frozen=True)
+class Seconds:
+    """Wall-clock seconds: building the program, deriving its functions, solving, and of that the two main parts."""
+
+    build: float | None = None
+    compile: float | None = None
+    solve: float | None = None
+    evaluate: float | None = None
+    linear: float | None = None
+
+    @property
+    def total(self) -> float:
+        """Build, compile and solve together."""
+        return (self.build or 0.0) + (self.compile or 0.0) + (self.solve or 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A solver's answer to a program.
+
+    x (unknowns,), multiplier_vector (conditions,): where it ended; solver: the solver's repr,
+    its provenance; method: its short name; tolerance: the solver's; log: its iterations;
+    message: what it said where it did not solve.
+    """
+
+    program: Program
+    solver: str
+    method: str
+    status: Status
+    x: np.ndarray
+    multiplier_vector: np.ndarray
+    certificate: Certificate
+    tolerance: float
+    log: tuple[Iteration, ...]
+    seconds: Seconds
+    message: str = ""
+
+    __getstate__ = made_of
+
+    @cached_property
+    def motion(self) -> Any:
+        """The motion that the unknowns describe."""
+        return self.program.design.motion(self.program.unpack(self.x))
+
+    @cached_property
+    def multipliers(self) -> Mapping[str, Any]:
+        """Multipliers by constraint; those of "keyframes" in the keyframes' shape, `.linear` and `.translation`."""
+        return self.program.design.multipliers(self.program.split(self.multiplier_vector))
+
+    @cached_property
+    def terms(self) -> dict[str, float]:
+        """The value of each term of the objective."""
+        return Evaluator(self.program).terms_at(self.x)
+
+    @property
+    def objective(self) -> float:
+        return self.certificate.objective
+
+    @property
+    def stationarity(self) -> float:
+        return self.certificate.stationarity
+
+    @property
+    def violation(self) -> float:
+        return self.certificate.violation
+
+    @property
+    def inertia(self) -> str:
+        return self.certificate.inertia
+
+    @property
+    def iterations(self) -> int:
+        """Steps taken."""
+        return sum(i.step is not None for i in self.log)
+
+    @property
+    def convergence_order(self) -> float | None:
+        """Estimated order of convergence, log(r₂/r₁)/log(r₁/r₀) of the last stationarities clear of rounding.
+
+        None where there are not three that fall, each to less than half.
+        """
+        floor = 1e-12 * self.certificate.scale
+        r = [i.stationarity for i in self.log if i.stationarity > floor][-3:]
+        if len(r) < 3 or not (r[2] < 0.5 * r[1] < 0.25 * r[0]):
+            return None
+        return float(np.log(r[-1] / r[-2]) / np.log(r[-2] / r[-3]))
+
+    def require(self, tolerance: float | None = None) -> "Solution":
+        """This solution, if it is a minimum to `tolerance` (the solver's own when left out); else SolveError.
+
+        Stationarity counts relative to `gradient_scale`, the violation relative to max(1, ‖x‖∞).
+        """
+        tolerance = self.tolerance if tolerance is None else tolerance
+        c = self.certificate
+        if not c.holds(tolerance):
+            raise SolveError(
+                f"{self.solver}: {self.status}, stationarity {c.stationarity:.2g}, violation {c.violation:.2g} "
+                f"(tolerance {tolerance:g}){': ' + self.message if self.message else ''}"
+            )
+        if c.inertia == "indefinite":
+            raise SolveError(f"{self.solver}: a saddle point, the Hessian is indefinite along the conditions")
+        return self
+
+    def plot(
+        self, axes: "Axes | None" = None, *, kind: Literal["motion", "convergence", "multipliers"] | None = None
+    ) -> "Axes":
+        """The motion with its keyframes, the convergence or the multipliers; as `plot_solution`. Returns the axes."""
+        from symmotion.views.plots import plot_solution  # here: matplotlib is for who draws
+
+        return plot_solution(self, axes, kind=kind)
+
+    def _repr_html_(self) -> str:
+        from symmotion.views.notebook import solution_html
+
+        return solution_html(self)
+
+    def __repr__(self) -> str:
+        c = self.certificate
+        return (
+            f"Solution({self.method}: {self.status}, objective {c.objective:.9g}, stationarity {c.stationarity:.1e}, "
+            f"violation {c.violation:.1e}, inertia {c.inertia}, {self.iterations} iterations)"
+        )
+
+
+def conclude(
+    program: Program,
+    solver: Any,
+    method: str,
+    x: np.ndarray,
+    multipliers: np.ndarray,
+    log: list[Iteration],
+    seconds: Seconds,
+    failure: tuple[Status, str] | None,
+    evaluator: Evaluator | None = None,
+) -> Solution:
+    """A Solution with its certificate, which decides whether it is SOLVED.
+
+    failure: what the solver says went wrong, None where it claims success.
+    """
+    certificate = certify(program, x, multipliers, evaluator)
+    holds = certificate.holds(solver.tolerance)
+    if failure is None and not holds:
+        failure = (Status.FAILED, "the solver reports success, the certificate does not agree")
+    status, message = failure or (Status.SOLVED, "")
+    if holds and program.equalities_only:
+        # With equalities alone the certificate is the whole of the first-order conditions, whatever stopped the solver.
+        status = Status.SOLVED
+    return Solution(
+        program,
+        repr(solver),
+        method,
+        status,
+        x,
+        multipliers,
+        certificate,
+        solver.tolerance,
+        tuple(log),
+        seconds,
+        message,
+    )
+
+
+def start_vector(program: Program, start: Any) -> np.ndarray:
+    """A start as a vector x: None for the program's own, a Solution, a motion, or (unknowns,) numbers."""
+    if start is None:
+        return program.x0
+    if isinstance(start, Solution):
+        if start.program.structure is program.structure:
+            # Keyframes that moved carry the start value along; the solution follows it.
+            return start.x + (program.x0 - start.program.x0)
+        start = start.motion
+    if isinstance(start, np.ndarray):
+        if start.shape != (program.unknowns,) or not np.isfinite(start).all():
+            raise InputError(f"start of shape {start.shape}: finite, ({program.unknowns},) is needed")
+        return start.astype(float)
+    return program.pack(program.design.unknowns(start))
+
+
+def require_equalities(program: Program, solver: str, curved: bool = False) -> None:
+    """Raise InputError that names the first constraint that a solver for (linear) equalities cannot take.
+
+    curved: whether it takes nonlinear equalities.
+    """
+    for c in program.constraints:
+        if not c.is_equality or not (curved or c.block.kernel.linear):
+            nature = "an inequality" if not c.is_equality else "nonlinear"
+            taken = "equalities" if curved else "linear equalities"
+            raise InputError(f"{solver} takes {taken} only and {c.name!r} is {nature}; Ipopt() takes it")

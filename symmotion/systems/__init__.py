@@ -1,0 +1,16 @@
+"""Saddle systems of programs, condensed or sparse, and the certificate of a point."""
+
+from symmotion.systems.certificate import Certificate, certify, gradient_scale, system_of
+from symmotion.systems.condensed import Condensed
+from symmotion.systems.saddle import HessianTriangle, Saddle, kkt_pattern
+
+__all__ = [
+    "Certificate",
+    "Condensed",
+    "HessianTriangle",
+    "Saddle",
+    "certify",
+    "gradient_scale",
+    "kkt_pattern",
+    "system_of",
+]

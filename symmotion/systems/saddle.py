@@ -1,0 +1,191 @@
+"""The sparse saddle system, for any program: [[H, Jᵀ], [J, −δI]] by LDLᵀ with one step of refinement."""
+
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass
+from threading import get_ident
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, splu
+
+from symmotion.errors import InputError
+from symmotion.program.evaluate import Evaluator, Pattern
+from symmotion.program.program import Program
+from symmotion.systems.complaints import overheard
+from symmotion.systems.condensed import lowest_curvature
+
+# The factorisation does not pivot: a zero in the lower block would stop it. Refinement removes its effect.
+DELTA = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class HessianTriangle:
+    """The sparsity of the Hessian's upper triangle: rows, columns (entries,), column by column, and its pattern."""
+
+    rows: np.ndarray
+    columns: np.ndarray
+    pattern: Pattern
+
+    @property
+    def diagonal(self) -> np.ndarray:
+        """Where the diagonal lies among the entries."""
+        return np.flatnonzero(self.rows == self.columns)
+
+    @staticmethod
+    def of(program: Program) -> "HessianTriangle":
+        """The triangle for a program, made once."""
+        if "triangle" not in program.structure:
+            program.structure["triangle"] = HessianTriangle._make(program)
+        return program.structure["triangle"]
+
+    @staticmethod
+    def _make(program: Program) -> "HessianTriangle":
+        n = program.unknowns
+        blocks = (*program.terms, *(c.block for c in program.constraints if not c.block.kernel.linear))
+        entries = []
+        for b in blocks:
+            local = b.local.blocks
+            stride = program.start[b.variable].shape[1]
+            channel = np.arange(stride)[b.channels] + program.offsets[b.variable]
+            row = local[0][:, None, None] * stride + channel[:, None]
+            column = local[1][:, None, None] * stride + channel
+            # The blocks are those with a ≤ b; inside one on the diagonal half the entries are mirror images.
+            entries.append(np.where(row <= column, column * n + row, n * n).ravel())
+        if len(entries) == 1:
+            order = np.argsort(entries[0], kind="stable")
+            keys = entries[0][order]
+            targets = [np.empty(len(order), dtype=np.intp)]
+            targets[0][order] = np.arange(len(order))
+        else:
+            keys, places = np.unique(np.concatenate([*entries, [n * n]]), return_inverse=True)
+            targets = np.split(places[:-1], np.cumsum([len(e) for e in entries[:-1]]))
+        size = int(np.searchsorted(keys, n * n))
+        targets = [np.minimum(t, size) for t in targets]
+        columns, rows = np.divmod(keys[:size], n)
+        return HessianTriangle(rows, columns, Pattern(tuple(b.local for b in blocks), tuple(targets), size))
+
+    def sparsity(self, n: int) -> ca.Sparsity:
+        """The triangle as a CasADi sparsity (n, n)."""
+        return ca.Sparsity(n, n, np.searchsorted(self.columns, np.arange(n + 1)).tolist(), self.rows.tolist())
+
+    def full(self, values: np.ndarray, n: int) -> sparse.csr_array:
+        """(n, n) the symmetric matrix of values in the order of the pattern."""
+        upper = sparse.csr_array((values, (self.rows, self.columns)), shape=(n, n))
+        return sparse.csr_array(upper + sparse.triu(upper, 1).T)
+
+
+def kkt_pattern(program: Program) -> sparse.csr_array:
+    """(unknowns + conditions)² where the saddle matrix [[H, Jᵀ], [J, 0]] can differ from zero, as a boolean array."""
+    triangle, jacobian = HessianTriangle.of(program), Evaluator(program).jacobian(program.x0)
+    hessian = triangle.full(np.ones(triangle.pattern.size), program.unknowns)
+    return sparse.csr_array(sparse.block_array([[hessian, jacobian.T], [jacobian, None]]) != 0)
+
+
+class Saddle:
+    """Newton's saddle system in all unknowns and multipliers, factorised by CasADi's sparse LDLᵀ. One per thread."""
+
+    def __init__(self, program: Program, jacobian: sparse.csr_array):
+        self.jacobian = jacobian
+        self.n, self.m = program.unknowns, jacobian.shape[0]
+        self._triangle = HessianTriangle.of(program)
+        self.pattern = self._triangle.pattern
+        # Every entry carries its number, so that sorting the whole matrix tells where each comes from.
+        size, entries = self.n + self.m, self.pattern.size
+        border = sparse.coo_array(jacobian)
+        corner = np.arange(self.n, size)
+        rows = [self._triangle.rows, self._triangle.columns, border.coords[1], border.coords[0] + self.n, corner]
+        columns = [self._triangle.columns, self._triangle.rows, border.coords[0] + self.n, border.coords[1], corner]
+        edge = entries + np.arange(border.nnz)
+        number = [np.arange(entries), np.arange(entries), edge, edge, entries + border.nnz + np.arange(self.m)]
+        keys = np.concatenate(columns) * size + np.concatenate(rows)
+        keys, first = np.unique(keys, return_index=True)
+        self._source = np.concatenate(number)[first]
+        self._border = border.data
+        columns, self._rows = np.divmod(keys, size)
+        self._pointers = np.searchsorted(columns, np.arange(size + 1))
+        self.diagonal = self._triangle.diagonal
+        self.sparsity = ca.Sparsity(size, size, self._pointers.tolist(), self._rows.tolist())
+        self._solver = ca.Linsol("saddle", "ldl", self.sparsity)
+        self._factored_normal: Any = None
+
+    @property
+    def _normal(self) -> Any:
+        """The factor of J Jᵀ, which projects onto the conditions; made when first needed, None without conditions."""
+        if self._factored_normal is None and self.m:
+            try:
+                self._factored_normal = splu(sparse.csc_array(self.jacobian @ self.jacobian.T))
+            except RuntimeError as error:
+                raise InputError("the conditions are redundant or contradict each other") from error
+        return self._factored_normal
+
+    @staticmethod
+    def of(program: Program, jacobian: Callable[[], sparse.csr_array]) -> "Saddle":
+        """This thread's saddle system of a program; `jacobian` is called where it has to be made."""
+        key = ("saddle", get_ident())
+        if key not in program.structure:
+            program.structure[key] = Saddle(program, jacobian())
+        return program.structure[key]
+
+    def at(self, jacobian: sparse.csr_array) -> "Saddle":
+        """The system for a Jacobian of the same pattern at another point; what the pattern decides is shared."""
+        other = copy(self)
+        other.jacobian, other._border = jacobian, sparse.coo_array(jacobian).data
+        other._factored_normal = None
+        return other
+
+    def feasible(self, x: np.ndarray, violation: np.ndarray) -> np.ndarray:
+        """x with the least change that makes linear conditions hold."""
+        if self._normal is None or not violation.any():
+            return x
+        return x - self.jacobian.T @ self._normal.solve(violation)
+
+    def reduced(self, gradient: np.ndarray) -> np.ndarray:
+        """(unknowns,) the part of a gradient along the conditions."""
+        return gradient + self.jacobian.T @ self.multipliers(gradient)
+
+    def multipliers(self, gradient: np.ndarray) -> np.ndarray:
+        """(conditions,) λ of least ‖∇f + Jᵀλ‖."""
+        return -self._normal.solve(self.jacobian @ gradient) if self._normal is not None else np.empty(0)
+
+    def matrix(self, flat: np.ndarray, delta: float = 0.0) -> sparse.csc_array:
+        """The whole symmetric saddle matrix for a Hessian in the order of the pattern."""
+        values = np.concatenate([flat, self._border, np.full(self.m, -delta)])
+        size = self.n + self.m
+        return sparse.csc_array((values[self._source], self._rows, self._pointers), shape=(size, size))
+
+    def factorise(self, flat: np.ndarray) -> "tuple[sparse.csc_array, ca.DM] | None":
+        """The factorised saddle matrix, or None where the Hessian is not positive definite along the conditions."""
+        # J H⁻¹ Jᵀ, beside which δ must be small, shrinks as H grows.
+        delta = DELTA / (float(np.abs(flat[self.diagonal]).max(initial=0.0)) or 1.0)
+        regular = ca.DM(self.sparsity, self.matrix(flat, delta).data)
+        # A pivot that is exactly zero, as on uniform knots, is told on stderr only: the matrix is singular then.
+        with overheard() as complaints:
+            self._solver.nfact(regular)
+        if complaints or self._solver.neig(regular) != self.m:
+            return None
+        return self.matrix(flat), regular
+
+    def step(self, factor: "tuple[sparse.csc_array, ca.DM]", gradient: np.ndarray) -> np.ndarray:
+        """(unknowns,) the Newton step along the conditions."""
+        return self.solve(factor, np.concatenate([-gradient, np.zeros(self.m)]))[: self.n]
+
+    def solve(self, factor: "tuple[sparse.csc_array, ca.DM]", rhs: np.ndarray) -> np.ndarray:
+        """(unknowns + conditions,) the solution of the saddle system, refined once."""
+        exact, regular = factor
+        solution = self._apply(regular, rhs)
+        solution += self._apply(regular, rhs - exact @ solution)
+        return solution
+
+    def negative_curvature(self, flat: np.ndarray) -> np.ndarray | None:
+        """(unknowns,) a direction of the lowest curvature along the conditions, None where not negative."""
+        hessian = self._triangle.full(flat, self.n)
+        projected = LinearOperator(
+            hessian.shape, matvec=lambda v: self.reduced(hessian @ self.reduced(np.ravel(v))), dtype=float
+        )
+        return lowest_curvature(projected, float(np.abs(hessian.diagonal()).max()))
+
+    def _apply(self, regular: ca.DM, rhs: np.ndarray) -> np.ndarray:
+        return np.asarray(self._solver.solve(regular, ca.DM(rhs))).ravel()

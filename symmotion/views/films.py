@@ -1,0 +1,150 @@
+"""Motions as short films: animated GIF, and MP4 where ffmpeg is installed."""
+
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CalledProcessError
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.collections import PolyCollection
+
+from symmotion.bodies.body import body_of, carried, dimension_of, letter_outline, placed
+from symmotion.bodies.outlines import as_outlines
+from symmotion.errors import InputError
+from symmotion.files import whole_file
+from symmotion.files.formats import FILMS, FilePath, format_of
+from symmotion.motions.motion import Motion
+from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.report.figures import COLOURS, new_figure
+from symmotion.views.parallel import VIEW
+
+SECONDS = 4.0
+FPS = 20.0
+SHORTEST = 2  # hundredths of a second that a frame of a GIF is shown
+DPI = 100
+WIDTH = 480  # pixels; height follows from the motion
+HEIGHTS = (240, 640)
+# A GIF is put together in memory, 3 bytes a pixel.
+MOST_BYTES = 512 * 2**20
+LIGHT = np.array([0.3, 0.5, 0.8]) / np.linalg.norm([0.3, 0.5, 0.8])
+
+# From a time to polygons on the picture, back to front, and their colours.
+Picture = Callable[[float], tuple[list[np.ndarray], Any]]
+
+
+def write_animation(
+    motion: Motion | QuaternionMotion,
+    path: FilePath,
+    body: Any = None,
+    *,
+    seconds: float = SECONDS,
+    fps: float = FPS,
+) -> None:
+    """Write a film of a moving body: .gif, played again and again, or .mp4, which takes the program ffmpeg.
+
+    body: for a planar motion closed polygons (P, 2), one or a list, for a spatial one a mesh, an
+    object with .vertices and .faces or .triangles or a pair of such arrays; a letter F when left
+    out. Spatial motions are seen from (2, −3, 1.6), z upwards, without perspective. The thin line
+    is the path of the body's origin. seconds: the film's length, whatever the motion's; fps:
+    frames per second, in a GIF at most 50 and rounded so that a frame lasts whole hundredths of a second.
+
+    Raises InputError for bad bodies, lengths and rates, films too large to be put together, mp4
+    where ffmpeg is missing, and a path that cannot be written.
+    """
+    chosen, frames, writer = plan(path, seconds, fps)
+    motion = placed(motion)
+    picture = _planar(motion, body) if dimension_of(motion) == 2 else _spatial(motion, body)
+    t = np.linspace(*motion.domain, frames)
+    with whole_file(path, binary=True) as handle, TemporaryDirectory() as directory:
+        film = Path(directory) / f"film.{chosen}"
+        try:
+            _film(writer, film, picture, _origin(motion), t)
+        except CalledProcessError as error:
+            raise InputError(f"{path}: ffmpeg failed ({error}): write .gif, or mend ffmpeg") from None
+        handle.write(film.read_bytes())
+
+
+class Plan(NamedTuple):
+    """How a film is made: gif or mp4, how many frames, and what writes them."""
+
+    format: str
+    frames: int
+    writer: AbstractMovieWriter
+
+
+def plan(path: FilePath, seconds: float = SECONDS, fps: float = FPS) -> Plan:
+    """The way to the film that `write_animation` is asked for; InputError where there is none."""
+    chosen = format_of(path, None, FILMS)
+    if chosen == "mp4" and not FFMpegWriter.isAvailable():
+        raise InputError(f"{path}: mp4 needs the program ffmpeg, which is not installed: install it, or write .gif")
+    for name, value in (("seconds", seconds), ("fps", fps)):
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name} {value!r}: a positive number is needed")
+    # Players slow frames of less than two hundredths down.
+    hundredths = max(SHORTEST, round(100 / max(fps, 1e-6)))
+    shown = fps if chosen == "mp4" else 100 / hundredths
+    most = MOST_BYTES // (3 * WIDTH * HEIGHTS[1])
+    if not 1.5 <= seconds * shown <= most:
+        raise InputError(
+            f"{path}: {seconds:g} seconds of {shown:.3g} frames are {seconds * shown:.3g}: 2 to {most} can be written; "
+            "choose another length or rate"
+        )
+    # Pillow's writer cuts milliseconds off to whole ones: half a millisecond more keeps rounding from losing one.
+    writer = FFMpegWriter(fps=fps) if chosen == "mp4" else PillowWriter(fps=1000 / (10 * hundredths + 0.5))  # pyright: ignore[reportArgumentType]
+    return Plan(chosen, round(seconds * shown), writer)
+
+
+def _film(writer: AbstractMovieWriter, film: Path, picture: Picture, path: np.ndarray, t: np.ndarray) -> None:
+    shown = [path, *(np.concatenate(picture(now)[0]) for now in t)]
+    low, high = np.min([s.min(axis=0) for s in shown], axis=0), np.max([s.max(axis=0) for s in shown], axis=0)
+    if not np.isfinite([low, high]).all():
+        raise InputError("the motion is not finite")
+    sides = np.maximum(high - low, 1e-3 * (high - low).max())
+    # Films have even numbers of pixels.
+    height = 2 * round(np.clip(WIDTH * sides[1] / sides[0], *HEIGHTS) / 2)
+    with new_figure(WIDTH / DPI, height / DPI) as figure:
+        figure.set_layout_engine("none")
+        figure.set_facecolor("white")
+        axes = figure.add_axes((0.03, 0.03, 0.94, 0.94))
+        axes.plot(*path.T, color=COLOURS[5], linewidth=0.8, alpha=0.5)
+        polygons, colours = picture(t[0])
+        drawn = PolyCollection(polygons, facecolors=colours, edgecolors="face", linewidths=0.4, zorder=3)
+        axes.add_collection(drawn)
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+        axes.set_aspect("equal")
+        axes.set_axis_off()
+        with writer.saving(figure, str(film), DPI):
+            for now in t:
+                polygons, colours = picture(now)
+                drawn.set_verts(polygons)
+                drawn.set_facecolor(colours)
+                writer.grab_frame()
+
+
+def _origin(motion: Motion) -> np.ndarray:
+    """(300, 2) the path of the body's origin on the picture."""
+    places = motion(np.linspace(*motion.domain, 300)).translation
+    return places if dimension_of(motion) == 2 else places @ VIEW[:, :2]
+
+
+def _planar(motion: Motion, body: Any) -> Picture:
+    polygons = [letter_outline(motion)] if body is None else as_outlines(body, 2)
+    return lambda t: ([motion.trajectory(polygon, t) for polygon in polygons], COLOURS[0])
+
+
+def _spatial(motion: Motion, body: Any) -> Picture:
+    mesh = body_of(body, motion)
+    # The mesh has linear colours, a picture those of sRGB; its default is the figures' own blue.
+    shades = (mesh.colours ** (1 / 2.2))[mesh.triangles].mean(axis=1)
+
+    def picture(t: float) -> tuple[list[np.ndarray], np.ndarray]:
+        triangles = (carried(motion, mesh.vertices, np.array([t]))[0] @ VIEW)[mesh.triangles]
+        normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        size = np.linalg.norm(normal, axis=1, keepdims=True)
+        light = 0.55 + 0.45 * np.abs(normal @ LIGHT)[:, None] / np.where(size > 0, size, 1.0)
+        order = np.argsort(triangles[:, :, 2].mean(axis=1))
+        return list(triangles[order, :, :2]), (shades * light)[order]
+
+    return picture

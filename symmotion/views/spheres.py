@@ -1,0 +1,85 @@
+"""Pictures of rotations: curves on a sphere seen from afar, and bodies, on axes that the caller brings."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+
+from symmotion.report.figures import COLOURS
+from symmotion.views.parallel import VIEW, bare
+
+
+def on_sphere(quaternions: np.ndarray) -> np.ndarray:
+    """(N, 3) unit quaternions (N, 4) projected on the unit sphere: (w, x, y) at length one."""
+    shadow = quaternions[:, :3]
+    return shadow / np.linalg.norm(shadow, axis=1, keepdims=True)
+
+
+def draw_sphere(axes: Axes, view: np.ndarray = VIEW) -> None:
+    """The unit sphere as its outline and a faint grid."""
+    s = np.linspace(0, 2 * np.pi, 181)
+    axes.plot(np.cos(s), np.sin(s), color="#000000", linewidth=0.7)
+    circles = [
+        np.column_stack([np.cos(a) * np.cos(s), np.cos(a) * np.sin(s), np.full_like(s, np.sin(a))])
+        for a in np.deg2rad([-60, -30, 0, 30, 60])
+    ]
+    circles += [
+        np.column_stack([np.cos(a) * np.cos(s), np.sin(a) * np.cos(s), np.sin(s)])
+        for a in np.deg2rad(np.arange(0, 180, 30))
+    ]
+    for circle in circles:
+        draw_curve(axes, circle, "#000000", linewidth=0.4, alpha=0.22, hidden=0.0, view=view)
+    bare(axes)
+
+
+def draw_curve(
+    axes: Axes,
+    points: np.ndarray,
+    colour: str,
+    *,
+    style: str = "-",
+    linewidth: float = 1.6,
+    alpha: float = 1.0,
+    hidden: float = 0.3,
+    label: str | None = None,
+    view: np.ndarray = VIEW,
+) -> None:
+    """A curve (N, 3) on the sphere; what lies behind is fainter by the factor `hidden`."""
+    seen = points @ view
+    front = seen[:, 2] >= 0
+    for side, strength in ((front, alpha), (~front, alpha * hidden)):
+        if strength > 0:
+            # A point more at both ends, so that no gap shows where the curve goes round.
+            wide = side | np.roll(side, 1) & (np.arange(len(side)) > 0)
+            path = np.where(wide[:, None], seen[:, :2], np.nan)
+            axes.plot(path[:, 0], path[:, 1], style, color=colour, linewidth=linewidth, alpha=strength)
+    if label is not None:
+        axes.plot([], [], style, color=colour, linewidth=linewidth, label=label)
+
+
+def draw_points(
+    axes: Axes, points: np.ndarray, colour: str = "#000000", size: float = 4.0, view: np.ndarray = VIEW
+) -> None:
+    """Dots (N, 3) on the sphere, hollow where they lie behind."""
+    seen = points @ view
+    for x, y, depth in seen:
+        axes.plot(x, y, "o", color=colour, markersize=size, markerfacecolor=colour if depth >= 0 else "none")
+
+
+def draw_outlines(
+    axes: Axes,
+    pose: Callable[[np.ndarray], np.ndarray],
+    body: Sequence[np.ndarray],
+    colours: Sequence[str] = COLOURS,
+    alpha: float = 0.35,
+    linewidth: float = 0.8,
+    view: np.ndarray = VIEW,
+) -> None:
+    """A body of closed polygons (P, 3), each in a colour of its own, at one pose: from body points to the world's."""
+    faces = [pose(polygon) @ view for polygon in body]
+    # From back to front.
+    for k in sorted(range(len(faces)), key=lambda k: float(faces[k][:, 2].mean())):
+        colour = colours[k % len(colours)]
+        axes.fill(*faces[k][:, :2].T, facecolor=to_rgba(colour, alpha), edgecolor=colour, linewidth=linewidth)
+    bare(axes)

@@ -1,0 +1,300 @@
+"""Compiled kernels: the same bits as the interpreter's, a cache that processes share, and what happens without it."""
+
+import os
+import subprocess
+import sys
+import textwrap
+import threading
+import warnings
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import symmotion as sm
+from studies.solving import kernels
+from symmotion.kernels import Kernel, compiled
+from symmotion.kernels.mapped import Mapped, kernel_function
+from symmotion.kernels.source import ARITHMETIC, BY_LANE, c_source
+from symmotion.program import Evaluator
+from symmotion.report import StudyOptions
+
+REMEMBERED = (compiled._opened, compiled._built, compiled._path, compiled._compiler, compiled._toolchain)
+
+needs_compiler = pytest.mark.skipif(not compiled._compiler(), reason="no C compiler on this machine")
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """An empty cache, and a process that remembers nothing."""
+    monkeypatch.setenv("SYMMOTION_CACHE", str(tmp_path / "cache"))
+    for function in (*REMEMBERED, compiled._say_once):
+        function.cache_clear()
+    yield tmp_path / "cache"
+    for function in (*REMEMBERED, compiled._say_once):
+        function.cache_clear()
+
+
+def every_operation() -> Kernel:
+    """One component for each operation that has a C form, on numbers where it is defined."""
+    z, data = ca.SX.sym("z", 2), ca.SX.sym("data", 1)
+    x, y, u = z[0], z[1], data[0]
+    unary = (ca.sqrt, ca.sin, ca.cos, ca.tan, ca.asin, ca.acos, ca.atan, ca.sinh, ca.cosh, ca.tanh, ca.asinh, ca.atanh)
+    unary += (ca.exp, ca.expm1, ca.log, ca.log1p, ca.fabs, ca.floor, ca.ceil, ca.sign, ca.erf, ca.logic_not)
+    out = [f(x) for f in unary] + [f(-y) for f in (ca.fabs, ca.floor, ca.ceil, ca.sign)] + [ca.acosh(1 + x)]
+    out += [x + y, x - y, x * y, x / y, -x, x * x, 2 * x, 1 / y, x**y, x**2.5, ca.atan2(x, y), ca.hypot(x, y)]
+    out += [ca.fmin(x, y), ca.fmax(x, y), ca.fmod(y, x), ca.copysign(x, u), x < y, x <= y, x == y, x != y]
+    out += [ca.logic_and(x < y, u), ca.logic_or(x < y, u), ca.if_else(x < y, x, u), u + 0.1, ca.SX(1e300) * x]
+    return Kernel(z, data, ca.vertcat(*out), channels=1)
+
+
+@needs_compiler
+def test_every_operation_has_the_interpreters_bits(cache):
+    kernel, count = every_operation(), 1013  # no multiple of any number of lanes
+    function = kernel.function("out")
+    used = {function.instruction_id(k) for k in range(function.n_instructions())}
+    assert used >= {*ARITHMETIC, *BY_LANE} - {ca.OP_ASSIGN}
+    rng = np.random.default_rng(0)
+    z, data = rng.uniform(0.01, 0.99, (count, 2)), rng.normal(size=(count, 1))
+    machine = kernel_function(kernel, "out", count, "compiled")
+    assert isinstance(machine, compiled.MachineFunction)
+    found = Mapped(machine, count)(z, data, None)
+    wanted = Mapped(kernel.function("out"), count)(z, data, None)
+    assert found.tobytes() == wanted.tobytes()
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    "objective",
+    [sm.Rigidity() + 0.1 * sm.TrajectoryEnergy(np.eye(3)), sm.StrainRate()],
+    ids=["R + E", "S"],
+)
+def test_solutions_have_the_same_bits(cache, objective):
+    program = sm.affine_program(sm.examples.random_keyframes(7, 50, seed=3), objective=objective)
+    interpreted, machine = (sm.ExactNewton(kernels=k).solve(program) for k in ("interpreted", "compiled"))
+    assert list(cache.glob("*.so"))
+    assert machine.require().x.tobytes() == interpreted.x.tobytes()
+    assert machine.multiplier_vector.tobytes() == interpreted.multiplier_vector.tobytes()
+    assert (
+        sm.Ipopt(kernels="compiled").solve(program).x.tobytes()
+        == sm.Ipopt(kernels="interpreted").solve(program).x.tobytes()
+    )
+
+
+@pytest.mark.parametrize("kernels", ["interpreted", pytest.param("compiled", marks=needs_compiler)])
+def test_threads_do_not_change_a_bit(cache, kernels):
+    program = sm.affine_program(sm.examples.random_keyframes(1500, 40, seed=3))
+    x = program.x0 + 0.01 * np.random.default_rng(1).normal(size=program.unknowns)
+    alone, together = (Evaluator(program, kernels, threads) for threads in (1, 2))
+    workers = [len(e.terms[0].prepare("hessian")._workers) for e in (alone, together)]
+    assert workers == [1, 2]
+    for one, two in zip(_everything(alone, x), _everything(together, x), strict=True):
+        assert one.tobytes() == two.tobytes()
+
+
+def _everything(evaluator: Evaluator, x: np.ndarray) -> list[np.ndarray]:
+    system = sm.systems.Condensed.of(evaluator.program)
+    line = evaluator.line(x, x)
+    return [*evaluator.second_order(x, system.pattern), evaluator.gradient(x), line, np.array(evaluator.objective(x))]
+
+
+@needs_compiler
+def test_the_cache_serves_processes_without_a_compiler_run(cache, monkeypatch):
+    kernel = every_operation()
+    assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")  # not worth it, not there
+    assert isinstance(kernel_function(kernel, "out", 1, "compiled"), compiled.MachineFunction)
+    for function in REMEMBERED:
+        function.cache_clear()
+    monkeypatch.setattr(subprocess, "run", None)
+    assert isinstance(kernel_function(kernel, "out", 1, "auto"), compiled.MachineFunction)
+    assert kernel_function(kernel, "out", 1, "interpreted") is kernel.function("out")
+
+
+@needs_compiler
+@pytest.mark.parametrize("change", ["source", "flags", "compiler"])
+def test_the_key_holds_source_flags_and_compiler(cache, monkeypatch, tmp_path, change):
+    kernel = every_operation()
+    kernel_function(kernel, "out", 1, "compiled")
+    if change == "source":
+        kernel = Kernel(kernel.z, kernel.data, kernel.out + 1, channels=1)
+    elif change == "flags":
+        monkeypatch.setattr(compiled, "FLAGS", ("-O1", *compiled.FLAGS[1:]))
+    else:
+        other = tmp_path / "other-cc"
+        other.write_text(f'#!/bin/sh\nexec {compiled._compiler()[0]} "$@"\n')
+        other.chmod(0o755)
+        monkeypatch.setenv("CC", str(other))
+    for function in REMEMBERED:
+        function.cache_clear()
+    assert not isinstance(kernel_function(kernel, "out", 1, "auto"), compiled.MachineFunction)
+    assert isinstance(kernel_function(kernel, "out", 1, "compiled"), compiled.MachineFunction)
+    assert len(list(cache.glob("*.so"))) == 2
+
+
+SOLVE = """
+import symmotion as sm
+program = sm.affine_program(sm.examples.planar_keyframes())
+print(sm.ExactNewton(kernels="compiled").solve(program).require().x.tobytes().hex())
+"""
+
+
+def _python(code: str, **environment: str) -> subprocess.Popen:
+    return subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        env=os.environ | environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@needs_compiler
+def test_processes_that_build_at_once_agree(cache):
+    answers = [p.communicate() for p in [_python(SOLVE) for _ in range(3)]]
+    assert {out for out, _ in answers} == {
+        sm.ExactNewton(kernels="interpreted").solve(sm.affine_program(sm.examples.planar_keyframes())).x.tobytes().hex()
+        + "\n"
+    }
+    assert all(not errors for _, errors in answers)
+    assert all(path.suffix == ".so" for path in cache.iterdir())  # nothing half made is left
+
+
+@needs_compiler
+def test_a_damaged_file_is_built_again(cache):
+    kernel = every_operation()
+    cache.mkdir(mode=0o700)
+    path = compiled._path(kernel.code, "out", kernel.channels, kernel.squares)
+    path.write_bytes(b"\x7fELF but not really")
+    assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")
+    assert isinstance(kernel_function(kernel, "out", 1, "compiled"), compiled.MachineFunction)
+
+
+def test_without_a_compiler_it_is_said_once(cache, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    program = sm.affine_program(sm.examples.planar_keyframes())
+    solver = sm.ExactNewton(kernels="compiled")
+    with pytest.warns(RuntimeWarning, match="no C compiler was found") as said:
+        solver.solve(program).require()
+        solver.solve(sm.affine_program(sm.examples.spatial_keyframes())).require()
+    assert len(said) == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="needs file permissions")
+@pytest.mark.parametrize("fault", ["failing compiler", "shared directory", "a file in its place"])
+def test_what_cannot_be_built_is_interpreted(cache, monkeypatch, fault):
+    if fault == "failing compiler":
+        monkeypatch.setenv("CC", "false")
+        reason = "failed: exit status 1"
+    elif fault == "shared directory":
+        cache.mkdir()
+        cache.chmod(0o777)
+        reason = "others may write there"
+    else:
+        cache.write_text("")
+        reason = "cannot be used"
+    if fault != "failing compiler" and not compiled._compiler():
+        pytest.skip("no C compiler on this machine")
+    with pytest.warns(RuntimeWarning, match=reason):
+        sm.ExactNewton(kernels="compiled").solve(sm.affine_program(sm.examples.planar_keyframes())).require()
+
+
+@needs_compiler
+def test_what_takes_a_compiler_minutes_is_interpreted(cache, monkeypatch):
+    quaternions = sm.examples.random_keyframes(4, 60, seed=2).rotations().as_quat()[:, [3, 0, 1, 2]]
+    (term,) = sm.orientation_program(np.arange(4.0), quaternions, knots_per_interval=1).terms
+    monkeypatch.setattr(subprocess, "run", None)
+    assert kernel_function(term.kernel, "hessian", 1, "compiled") is term.kernel.function("hessian")
+
+
+@needs_compiler
+def test_a_compiler_that_hangs_is_given_up(cache, monkeypatch, tmp_path):
+    sleeper = tmp_path / "sleepy-cc"
+    sleeper.write_text("#!/bin/sh\nexec sleep 60\n")
+    sleeper.chmod(0o755)
+    monkeypatch.setenv("CC", str(sleeper))
+    monkeypatch.setattr(compiled, "PATIENCE", 0.1)
+    kernel = every_operation()
+    with pytest.warns(RuntimeWarning, match="sleepy-cc failed: it has not ended after 0.1 s"):
+        assert kernel_function(kernel, "out", 1, "compiled") is kernel.function("out")
+    assert not list(cache.iterdir())
+
+
+def test_a_compiler_that_is_named_wrongly_is_missing(cache, monkeypatch):
+    monkeypatch.setenv("CC", "'gcc")
+    kernel = every_operation()
+    with pytest.warns(RuntimeWarning, match="no C compiler was found"):
+        assert kernel_function(kernel, "out", 1, "compiled") is kernel.function("out")
+
+
+@needs_compiler
+def test_a_user_without_a_home_needs_no_cache(cache, monkeypatch):
+    def nowhere():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("SYMMOTION_CACHE")
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(compiled.Path, "home", nowhere)
+    kernel = every_operation()
+    assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")
+    with pytest.warns(RuntimeWarning, match=r"no home directory; name a cache in \$SYMMOTION_CACHE"):
+        assert kernel_function(kernel, "out", 1, "compiled") is kernel.function("out")
+
+
+@needs_compiler
+def test_the_cache_may_be_the_working_directory(cache, monkeypatch):
+    cache.mkdir(mode=0o700)
+    monkeypatch.chdir(cache)
+    monkeypatch.setenv("SYMMOTION_CACHE", ".")
+    assert isinstance(kernel_function(every_operation(), "out", 1, "compiled"), compiled.MachineFunction)
+    assert len(list(cache.glob("*.so"))) == 1
+
+
+@needs_compiler
+def test_an_operation_without_c_form_is_interpreted(cache):
+    z = ca.SX.sym("z", 1)
+    kernel = Kernel(z, ca.SX.sym("data", 0), ca.erfinv(z), channels=1)
+    assert c_source(kernel.function("out")) is None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert kernel_function(kernel, "out", 1, "compiled") is kernel.function("out")
+
+
+@pytest.mark.parametrize("options", [{"kernels": "compile"}, {"threads": 0}, {"threads": 1.5}])
+def test_unknown_kernels_and_threads_are_refused(options):
+    (name, value), *_ = options.items()
+    with pytest.raises(sm.InputError, match=f"{name} {value!r}"):
+        sm.ExactNewton(**options).solve(sm.affine_program(sm.examples.planar_keyframes()))
+
+
+def test_an_interrupt_waits_for_the_other_threads():
+    kernel = every_operation()
+    mapped = Mapped(kernel.function("out"), 100_000, threads=2)
+    assert len(mapped._workers) == 2
+    main, running = threading.get_ident(), []
+
+    def use(nodes, _):
+        if threading.get_ident() == main:
+            raise KeyboardInterrupt
+        running.append(nodes)
+
+    with pytest.raises(KeyboardInterrupt):
+        mapped.each(use, np.ones((100_000, 2)), np.ones((100_000, 1)), None)
+    assert running and running[-1].stop == 100_000
+
+
+def test_wrong_sizes_are_refused(cache):
+    kernel = every_operation()
+    mapped = Mapped(kernel.function("out"), 5)
+    with pytest.raises(ValueError, match=r"\(5, 2\) is needed, not \(4, 2\)"):
+        mapped(np.ones((4, 2)), np.ones((5, 1)), None)
+
+
+@needs_compiler
+def test_the_study_finds_the_same_bits_in_every_way():
+    result = kernels.STUDY.run(StudyOptions())
+    assert "the same in every bit" in result.conclusion
+    assert len(result.runs) == 4 * 3 and all(run.certified for run in result.runs)
+    values = {run.objective for run in result.runs if run.case.startswith("20 keyframes")}
+    assert len(values) == 1 and values.pop() == pytest.approx(0.01012, rel=1e-5)  # as IPOPT
+    (instructions,) = {row[1] for row in result.tables[1].rows if row[0] == "R"}
+    assert instructions == 988

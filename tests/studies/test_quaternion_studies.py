@@ -1,0 +1,101 @@
+"""The quaternion studies in their quick form, each with a figure pinned."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from studied import certified
+from studied import table as typed_table
+
+import symmotion as sm
+from studies.quaternions import boomerang, keyframe_body, quaternion_curves, quaternion_speed, torque
+from studies.recorded import plates
+from studies.sweeps import sweep
+from symmotion.report import StudyOptions
+
+
+def table(result, name) -> list[dict[str, Any]]:
+    return typed_table(result, name)
+
+
+def test_quaternion_curves():
+    result = quaternion_curves.STUDY.run(StudyOptions())
+    rows = {(r["end rates, factor"], r["extra turns"]): r for r in table(result, "Hermite curves")}
+    assert max(r["largest error at the ends"] for r in rows.values()) < 1e-12
+    assert rows[1.0, 0]["angle travelled"] == pytest.approx(140.943292876, rel=1e-8)
+    jumps = {r["quantity"]: r for r in table(result, "continuity")}
+    assert jumps["acceleration"]["largest jump at a knot"] < 1e-6 < jumps["jerk"]["largest jump at a knot"]
+    assert len(result.figures) == 3
+
+
+def test_torque():
+    result = torque.STUDY.run(StudyOptions())
+    ratios = {r["between control quaternions"]: r for r in table(result, "cumulative against recursive")}
+    assert ratios[10]["ratio, median"] == pytest.approx(1.0, abs=0.05)  # the claim of KKS 6.1, small angles
+    assert ratios[150]["ours less"] == 0
+    assert ratios[330]["ratio, median"] < 0.9
+    optima = [r for r in table(result, "optima by knots") if r["inertia"] == "asymmetric"]
+    values = [r["∫‖τ‖² at the optimum"] for r in optima]
+    assert all(np.diff(values) < 0)
+    assert values[-1] == pytest.approx(79.33347607, rel=1e-7)
+    assert all(r.certified or r.case == "rate bounded" for r in result.runs)
+    assert all(r.status == "solved" for r in result.runs)
+
+
+def test_boomerang_and_sweep():
+    flights = table(boomerang.STUDY.run(StudyOptions()), "flights")
+    assert max(r["error of the end rates"] for r in flights) < 1e-10
+    assert flights[-1]["turns in all"] > 30
+    swept = table(sweep.STUDY.run(StudyOptions()), "continuity of the swept surface")
+    assert max(r["largest jump at a knot"] for r in swept) < 1e-6
+
+
+def test_keyframe_body():
+    result = keyframe_body.STUDY.run(StudyOptions())
+    assert len(result.runs) == 6
+    assert all(r.certified for r in result.runs)
+    rows = table(result, "torque and bending")
+    assert rows[2]["∫‖τ‖²"] < rows[0]["∫‖τ‖²"]
+    assert rows[2]["∫‖τ‖²"] + rows[2]["E"] == pytest.approx(128.9593, rel=1e-4)
+
+
+def test_plates_on_example_data(monkeypatch):
+    monkeypatch.setattr(plates, "ROTATIONS", Path("nowhere"))
+    result = plates.STUDY.run(StudyOptions())
+    assert "example data made by the project" in result.notes[0]
+    rows = {r["history"]: r for r in table(result, "histories")}
+    assert rows["within 2°"]["∫‖Ω̇‖²"] < rows["within 0.5°"]["∫‖Ω̇‖²"] < rows["least ∫‖Ω̇‖²"]["∫‖Ω̇‖²"]
+    assert all(r.status == "solved" for r in result.runs)
+
+
+@pytest.mark.skipif(not plates.ROTATIONS.is_file(), reason=f"{plates.ROTATIONS} is not there")
+def test_plates_on_the_rotations():
+    result = plates.STUDY.run(StudyOptions())
+    rows = {r["history"]: r for r in table(result, "histories")}
+    assert rows["least ∫‖Ω̇‖²"]["∫‖Ω̇‖²"] == pytest.approx(2.8707e-4, rel=1e-4)
+    assert result.runs[0].certified
+
+
+def test_rotation_files_are_read_and_checked(tmp_path):
+    path = tmp_path / "plate.rot"
+    path.write_text("! a comment\n701 10 0 90 -30 000 ! later\n701 0 0 0 0 000\n101 5 1 2 3 714\n\n")
+    ages, q = plates.read_rotations(path, 701, 0)
+    np.testing.assert_array_equal(ages, [0, 10])
+    np.testing.assert_allclose(q[1], [np.cos(np.pi / 12), 0, -np.sin(np.pi / 12), 0], atol=1e-15)
+    with pytest.raises(sm.InputError, match="no rotations of plate 5 relative to 000"):
+        plates.read_rotations(path, 5, 0)
+    path.write_text("701 0 0 0 0 000\n701 ten 0 0 0 000\n")
+    with pytest.raises(sm.InputError, match=r"plate\.rot, line 2"):
+        plates.read_rotations(path, 701, 0)
+
+
+def test_quaternion_speed(monkeypatch):
+    monkeypatch.setattr(quaternion_speed, "ORIENTATIONS", 1000)
+    monkeypatch.setattr(quaternion_speed, "KEYS", 50)
+    monkeypatch.setattr(quaternion_speed, "PROGRAMS", (10, 20))
+    result = quaternion_speed.STUDY.run(StudyOptions())
+    assert certified(result)
+    names = [r["curve"] for r in table(result, "evaluation")]
+    assert names[:3] == ["symmotion, C² quaternion spline", "symmotion, degree 5", "SciPy RotationSpline"]
+    assert [r["unknowns"] for r in table(result, "programs")] == [84, 84, 164, 164]

@@ -1,0 +1,103 @@
+"""Each study in its quick form, with a figure pinned; every row it reports is certified or says what happened."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from studied import certified, table
+
+import symmotion as sm
+from studies.affine import invariance, keyframe_prices, knots, planar_keyframes, spatial_keyframes, two_keyframes
+from studies.recorded import recorded_poses
+from studies.solving import solvers
+from symmotion.report import StudyOptions
+
+
+def test_two_keyframes_reach_the_published_optima():
+    result = two_keyframes.STUDY.run(StudyOptions())
+    rows = {(r["keyframes"], r["objective"], r["degree"]): r for r in table(result, "optima by degree")}
+    for degree, value in ((1, 32.0), (2, 3.901022576), (3, 0.002298006)):
+        assert rows["orthogonal", "R*", degree]["minimum by stages"] == pytest.approx(value, abs=6e-10 * max(1, value))
+    assert certified(result)
+    assert len(result.figures) == 4
+
+
+@pytest.mark.parametrize(
+    ("study", "optimum"), [(planar_keyframes.STUDY, 891.2152406919), (spatial_keyframes.STUDY, 597.4361467426)]
+)
+def test_several_keyframes_before_and_after(study, optimum):
+    result = study.run(StudyOptions())
+    rows = {(r["objective"], r["knots per segment"]): r for r in table(result, "before and after")}
+    assert rows["R*", 1]["optimum"] == pytest.approx(optimum, rel=1e-9)
+    assert rows["R*", 2]["optimum"] < optimum < rows["R*", 1]["interpolating spline"]
+    assert certified(result)
+
+
+def test_recorded_poses_run_on_example_data_where_there_is_no_recording(monkeypatch):
+    monkeypatch.setattr(recorded_poses, "RECORDING", Path("nowhere"))
+    result = recorded_poses.STUDY.run(StudyOptions())
+    assert "example data made by the project" in result.notes[0]
+    rows = {(r["interval"], r["motion"]): r for r in table(result, "deviation between the keyframes")}
+    assert rows[1.0, "R"]["distortion, largest"] < 0.1 * rows[1.0, "interpolating spline"]["distortion, largest"]
+    assert certified(result)
+
+
+@pytest.mark.skipif(not recorded_poses.RECORDING.is_file(), reason=f"{recorded_poses.RECORDING} is not there")
+def test_recorded_poses_on_the_recording():
+    result = recorded_poses.STUDY.run(StudyOptions())
+    rows = {(r["interval"], r["motion"]): r for r in table(result, "deviation between the keyframes")}
+    assert rows[1.0, "R"]["keyframes"] == 32
+    assert rows[1.0, "R"]["distortion, largest"] == pytest.approx(9.325e-4, rel=1e-3)
+    assert rows[1.0, "interpolating spline"]["distortion, largest"] == pytest.approx(0.03799, rel=1e-3)
+    assert certified(result)
+
+
+def test_recorded_poses_take_a_file_of_the_users_own(tmp_path):
+    path = tmp_path / "tour.csv"
+    sm.write_keyframes(sm.examples.recorded_tour(301), path)
+    result = recorded_poses.STUDY.run(replace(StudyOptions(), data=path))
+    assert result.notes == ("Recording: tour.csv.",)
+    flat = tmp_path / "flat.csv"
+    sm.write_keyframes(sm.examples.planar_keyframes(), flat)
+    with pytest.raises(sm.InputError, match="in space"):
+        recorded_poses.STUDY.run(replace(StudyOptions(), data=flat))
+
+
+def test_solvers_study(monkeypatch):
+    # The timing of the plain formulation takes most of the study and is pinned by nothing.
+    monkeypatch.setattr(solvers, "PLAIN", sm.Ipopt())
+    result = solvers.STUDY.run(StudyOptions())
+    rows = table(result, "success")
+    newton = [r for r in rows if r["solver"] == "newton"]
+    assert len(newton) == 6
+    assert all(r["certified"] == 100 for r in newton)
+    elimination = [r["certified"] for r in rows if r["solver"] == "elimination" and r["objective"] == "R"]
+    assert elimination[-1] < 50 < elimination[0]
+    assert certified(result)
+    assert [r["keyframes"] for r in table(result, "speed")] == [4, 20, 100, 1000]
+
+
+def test_invariance_moves_r_and_not_s():
+    result = invariance.STUDY.run(StudyOptions())
+    moved = {(r["objective"], r["moving frame"]): r["minimiser moved"] for r in table(result, "frames")}
+    assert moved["R", "sheared"] == pytest.approx(0.26213, rel=1e-3)
+    assert max(v for (name, _), v in moved.items() if name in ("S", "S*")) < 1e-9
+    assert certified(result)
+
+
+def test_keyframe_prices_find_the_keyframe_that_is_off():
+    result = keyframe_prices.STUDY.run(StudyOptions())
+    first = table(result, "prices")[0]
+    assert first["keyframe"] == 3
+    assert first["‖λ‖"] == pytest.approx(2.1351, rel=1e-4)
+    small = table(result, "predicted and actual")[0]
+    assert small["actual change"] == pytest.approx(small["predicted change"], rel=0.03)
+    assert certified(result)
+
+
+def test_knots_compares_automatic_with_uniform():
+    result = knots.STUDY.run(StudyOptions())
+    rows = {(r["keyframes"], r["unknowns"]): r for r in table(result, "knots")}
+    assert rows["uneven turns", 156]["automatic knots"] == pytest.approx(0.007433, rel=1e-3)
+    assert rows["uneven turns", 156]["ratio"] > 5
+    assert certified(result, ("newton",))
