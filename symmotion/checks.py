@@ -1,0 +1,105 @@
+"""What is refused, in one voice: InputErrors that name the argument, what was given and what is needed."""
+
+from collections.abc import Iterable
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from symmotion.errors import InputError
+
+
+def whole(value: Any, least: int, what: str, of: str = "") -> int:
+    """The value as an int; InputError unless it is a whole number of at least `least`. of: " of knots", say."""
+    try:
+        good = not isinstance(value, bool | np.bool_) and int(value) == value and value >= least
+    except (TypeError, ValueError, OverflowError):
+        good = False
+    if not good:
+        raise InputError(f"{what} {value!r}: a whole number{of}, {least} or more, is needed")
+    return int(value)
+
+
+def positive(value: Any, what: str) -> float:
+    """The value as a float; InputError unless it is a positive finite number."""
+    if not (_is_number(value) and np.isfinite(value) and value > 0):
+        raise InputError(f"{what} {value!r}: a positive finite number is needed")
+    return float(value)
+
+
+def not_negative(value: Any, what: str) -> float:
+    """The value as a float; InputError unless it is a finite number, 0 or more."""
+    if not (_is_number(value) and np.isfinite(value) and value >= 0):
+        raise InputError(f"{what} {value!r}: a finite number, 0 or more, is needed")
+    return float(value)
+
+
+def choice(value: Any, known: Iterable[Any], what: str) -> Any:
+    """The value; InputError that lists what there is unless it is one of them."""
+    known = tuple(known)
+    if value not in known:
+        raise InputError(f"{what} {value!r} is unknown; there are {', '.join(map(str, known))}")
+    return value
+
+
+def array(value: Any, shape: tuple[int | str, ...], what: str, *, finite: bool = True) -> np.ndarray:
+    """A copy of the value as an array of floats; InputError unless it has the shape, its numbers real and finite.
+
+    shape: of sizes, a letter where any will do (the same letter twice: the same size): ("M", 3).
+    """
+    given = numbers(value, what)
+    sizes: dict[str, int] = {}
+    fits = given.ndim == len(shape) and all(
+        size == (sizes.setdefault(wanted, size) if isinstance(wanted, str) else wanted)
+        for size, wanted in zip(given.shape, shape, strict=True)
+    )
+    if not fits or (finite and not np.isfinite(given).all()):
+        word = "finite, " if finite else ""
+        raise InputError(f"{what} of shape {given.shape}: {word}{shown(shape)}, is needed")
+    return given
+
+
+def numbers(value: Any, what: str) -> np.ndarray:
+    """A copy of the value as an array of floats; InputError where it is masked, complex, or no array of numbers."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
+        raise InputError(f"{what}: entries are masked; leave them out or fill them in")
+    try:
+        given = np.asarray(value)
+        if np.iscomplexobj(given):
+            raise InputError(f"{what}: complex numbers; real ones are needed")
+        return np.array(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{what}: a {type(value).__name__} is no array of numbers") from None
+
+
+def times(value: Any, what: str = "times", least: int = 1) -> np.ndarray:
+    """A copy of times (M,), M ≥ least; InputError unless they are finite and increasing."""
+    given = np.atleast_1d(numbers(value, what))
+    if given.ndim != 1 or len(given) < least:
+        raise InputError(f"{what} of shape {given.shape}: (M,), M ≥ {least}, is needed")
+    if not np.isfinite(given).all():
+        raise InputError(f"{what}: number {int(np.argmin(np.isfinite(given)))} is not finite")
+    late = np.diff(given) <= 0
+    if late.any():
+        i = int(np.argmax(late))
+        raise InputError(
+            f"{what}: number {i + 1} ({given[i + 1]:.17g}) does not come after number {i} ({given[i]:.17g})"
+        )
+    return given
+
+
+def read_only(value: np.ndarray) -> np.ndarray:
+    """The array, writes refused: what frozen classes hold."""
+    value.flags.writeable = False
+    return value
+
+
+def shown(shape: tuple[int | str, ...]) -> str:
+    """A shape as messages show it: (M, 3), (4,)."""
+    return f"({', '.join(map(str, shape))}{',' * (len(shape) == 1)})"
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool | np.bool_)
