@@ -10,10 +10,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
-from symmotion.commands.main import Parser
 
 import studies
 from studies.runner.running import run_all
+from symmotion.commands.main import Parser
 from symmotion.errors import InputError
 from symmotion.report import Study, StudyOptions, StudyRecord, require_writable, write_report
 

@@ -10,9 +10,9 @@ from symmotion.files import write_motion
 from symmotion.files.formats import FILMS, SCENES, format_of
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.usd import write_usd
-from symmotion.files.whole import require_place
 from symmotion.files.writing import MOTION_FORMATS
 from symmotion.motions import AffineMotion
+from symmotion.whole import require_place
 
 TIMED = (*SCENES, *FILMS)
 SAMPLED = ("csv", "tum")

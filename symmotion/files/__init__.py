@@ -8,7 +8,6 @@ from symmotion.files.reading import read_keyframes, read_motion
 from symmotion.files.skeleton import Skeleton, joint_trajectories
 from symmotion.files.two_parameter import read_two_parameter, write_two_parameter
 from symmotion.files.usd import write_usd
-from symmotion.files.whole import whole_file
 from symmotion.files.writing import write_keyframes, write_motion
 from symmotion.files.written import WrittenMotion
 
@@ -21,7 +20,6 @@ __all__ = [
     "read_keyframes",
     "read_motion",
     "read_two_parameter",
-    "whole_file",
     "write_gltf",
     "write_keyframes",
     "write_mesh",

@@ -12,7 +12,6 @@ from symmotion.files import keys as key
 from symmotion.files.formats import FilePath, format_of
 from symmotion.files.gltf_document import INDICES, VERTICES, DocumentBuilder
 from symmotion.files.keys import HermiteKeys
-from symmotion.files.whole import whole_file
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.interpolants import slerp
@@ -20,6 +19,7 @@ from symmotion.motions.motion import Motion
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.motions.quaternions.algebra import conjugate, product, rotate
 from symmotion.splines import Spline
+from symmotion.whole import whole_file
 
 EXACT_DEGREE = 3
 

@@ -5,7 +5,7 @@ import numpy as np
 from symmotion.bodies.mesh import Mesh
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath, format_of
-from symmotion.files.whole import whole_file
+from symmotion.whole import whole_file
 
 FORMATS = ("obj", "ply", "stl")
 

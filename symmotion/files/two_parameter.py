@@ -10,10 +10,10 @@ from symmotion.errors import InputError
 from symmotion.files.documents import read_list, read_object, require_entries
 from symmotion.files.formats import FilePath, format_of
 from symmotion.files.opening import readable
-from symmotion.files.whole import whole_file
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.two_parameter import Knots, TwoParameterMotion, as_basis
 from symmotion.splines import BSplineBasis
+from symmotion.whole import whole_file
 
 FORMATS = ("json", "npz")
 # What makes a file a two-parameter motion; then its entries, and those of a net of control displacements.

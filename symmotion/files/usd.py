@@ -10,11 +10,11 @@ import numpy as np
 from symmotion.bodies.body import Body, body_of, carried, extent, in_space, placed
 from symmotion.files import keys as key
 from symmotion.files.formats import FilePath, format_of
-from symmotion.files.whole import whole_file
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.motion import Motion
 from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.whole import whole_file
 
 FRAMES_PER_SECOND = 24
 

@@ -14,12 +14,12 @@ from symmotion.files import formats
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.usd import write_usd
-from symmotion.files.whole import whole_file
 from symmotion.files.written import WrittenMotion
 from symmotion.motions import AffineMotion, Keyframes, as_rotations, rigid
 from symmotion.motions.motion import Motion
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.splines import check_times
+from symmotion.whole import whole_file
 
 MOTION_FORMATS = ("json", "csv", "tum", *formats.SCENES)
 DEFAULT_SAMPLES = 200

@@ -21,8 +21,8 @@ from markupsafe import Markup, escape
 
 from symmotion import __version__
 from symmotion.errors import InputError
-from symmotion.files import whole_file
 from symmotion.report.values import Body, Cell, Figure, Player, Run, StudyRecord, require_distinct
+from symmotion.whole import whole_file
 
 SCHEMA = 1
 

@@ -10,12 +10,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from symmotion.errors import InputError
-from symmotion.files import read_keyframes, read_motion, whole_file, write_keyframes, write_motion
+from symmotion.files import read_keyframes, read_motion, write_keyframes, write_motion
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.examples import random_keyframes
 from symmotion.motions.interpolants import log_blend
 from symmotion.motions.quaternions import interpolate_quaternions
 from symmotion.splines import BSplineBasis
+from symmotion.whole import whole_file
 
 RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data"
 POSE = "0 0 0 0 0 0 0 1\n"

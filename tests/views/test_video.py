@@ -9,9 +9,9 @@ from PIL import Image
 
 import symmotion as sm
 from symmotion.errors import InputError
-from symmotion.files.whole import whole_file
 from symmotion.views.films import write_animation
 from symmotion.views.spheres import VIEW
+from symmotion.whole import whole_file
 
 PLANAR = sm.component_cubic(sm.examples.planar_keyframes())
 SPATIAL = sm.component_cubic(sm.examples.spatial_keyframes())
