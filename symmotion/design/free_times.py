@@ -19,6 +19,7 @@ from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.program import Block, Constraint, Program
 from symmotion.program.state import made_of
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
+from symmotion.splines.symbolic import local_basis
 
 RIGIDITY = Rigidity()
 LEAST_SHARE = 0.02
@@ -261,25 +262,12 @@ def _widths(z: ca.SX, p: int) -> list[ca.SX]:
 
 
 def _jet(z: ca.SX, p: int, order: int, share: ca.SX) -> ca.SX:
-    """(channels,) a derivative at a share of the span by Cox–de Boor, whose last `order` steps differentiate.
-
-    In units of the widths; see `BSplineBasis.local`, here with symbols for the knots.
-    """
-    if order > p:
-        return ca.SX.zeros(z.shape[1] - 1)
+    """(channels,) a derivative at a share of the span, in units of the widths."""
     widths = _widths(z, p)
     knots = {0: ca.SX(0)}
     for k in range(1, p + 1):
         knots[k] = knots[k - 1] + widths[p - 2 + k]
         if k < p:
             knots[-k] = knots[1 - k] - widths[p - 1 - k]
-    t, values = share * widths[p - 1], [ca.SX(1)]
-    for q in range(1, p + 1):
-        higher = [ca.SX(0)] * (q + 1)
-        for i, value in enumerate(values):
-            left, right = knots[i + 1 - q], knots[i + 1]
-            rising = q * value / (right - left) if q > p - order else (t - left) / (right - left) * value
-            higher[i] += -rising if q > p - order else value - rising
-            higher[i + 1] += rising
-        values = higher
-    return z[p - 1 :, :-1].T @ ca.vertcat(*values)
+    about = [knots[k] for k in range(1 - p, p + 1)]
+    return z[p - 1 :, :-1].T @ ca.vertcat(*local_basis(about, p, share * widths[p - 1], order))

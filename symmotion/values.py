@@ -1,0 +1,75 @@
+"""Frozen dataclasses as values: equal where their contents are, hashed by them, pickled without what they derived."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, fields
+from typing import Any, TypeVar, dataclass_transform
+
+import numpy as np
+
+Made = TypeVar("Made")
+
+
+@dataclass_transform(frozen_default=True, eq_default=False)
+def value(cls: type[Made]) -> type[Made]:
+    """The class as a frozen dataclass whose instances are values.
+
+    Two are equal where they are of one class and their fields are, arrays entry by entry and
+    exactly, with NaN equal to NaN. The hash is made of arrays, numbers, texts and other values;
+    of anything else, an object of the user's say, only of its type: it is never hashed itself.
+    A pickle holds the fields alone, and arrays that come out of it refuse writes.
+    """
+    made: Any = dataclass(frozen=True, eq=False)(cls)  # Any: methods are set on it, which no type allows
+    made.__eq__, made.__hash__ = _equal, _hash
+    made.__getstate__, made.__setstate__ = _state, _restore
+    made.__is_value__ = True
+    return made
+
+
+def same(a: object, b: object) -> bool:
+    """Whether two contents are equal, arrays entry by entry."""
+    if a is b:
+        return True
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        x, y = np.asarray(a), np.asarray(b)
+        return x.shape == y.shape and bool(np.array_equal(x, y, equal_nan=x.dtype.kind == y.dtype.kind == "f"))
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
+    return (a == b) is True
+
+
+def content(a: object) -> Hashable:
+    """What of an object its hash is made of: equal for objects that are the same."""
+    if isinstance(a, np.ndarray):
+        # Minus zero equals zero, and one NaN the other.
+        plain = np.where(np.isnan(a), np.nan, a + 0.0) if a.dtype.kind == "f" else a
+        return a.shape, plain.tobytes()
+    if isinstance(a, tuple):
+        return tuple(content(x) for x in a)
+    if a is None or isinstance(a, str | bool | int | float) or hasattr(type(a), "__is_value__"):
+        return hash(a)
+    return type(a).__qualname__
+
+
+def _contents(self: Any) -> tuple[object, ...]:
+    return tuple(getattr(self, f.name) for f in fields(self))
+
+
+def _equal(self: object, other: object) -> bool:
+    if type(self) is not type(other):
+        return NotImplemented
+    return same(_contents(self), _contents(other))
+
+
+def _hash(self: object) -> int:
+    return hash((type(self).__qualname__, content(_contents(self))))
+
+
+def _state(self: Any) -> dict[str, object]:
+    return {f.name: getattr(self, f.name) for f in fields(self)}
+
+
+def _restore(self: object, state: dict[str, object]) -> None:
+    for name, entry in state.items():
+        if isinstance(entry, np.ndarray):
+            entry.flags.writeable = False
+        object.__setattr__(self, name, entry)
