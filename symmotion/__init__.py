@@ -1,230 +1,215 @@
-"""symmotion: smooth motions as symbolic constrained programs."""
+"""symmotion: smooth motions as symbolic constrained programs.
 
+The top level has what most programs need; the rest is in groups: `sm.curves`, `sm.quaternions`, `sm.interpolants`,
+`sm.files`, `sm.sweeps`, `sm.bodies`, `sm.splines`, `sm.jets`, `sm.energies`, `sm.constraints`, `sm.solvers`,
+`sm.batches`, `sm.answers`, `sm.fairing`, `sm.motions`, `sm.program`, `sm.kernels`, `sm.systems`, `sm.views`,
+`sm.report`.
+"""
+
+from importlib import import_module
 from typing import TYPE_CHECKING
 
-from symmotion.answers import auto_knots, auxiliary_keyframes, keyframe_prices
-from symmotion.batches import Failed, ResultsFile, Tally, solve_each, solve_many
-from symmotion.bodies import Mesh
-from symmotion.curves import (
-    RationalQuadratic,
-    Retimed,
-    SymbolicSpline,
-    arc_length,
-    bernstein,
-    bezier,
-    catmull_rom,
-    constant_speed,
-    de_casteljau,
-    hermite_spline,
-    kochanek_bartels,
-    polynomial_segment,
-    slow_in_out,
-    speed,
-    symbolic_basis,
+from symmotion import (
+    answers,
+    batches,
+    bodies,
+    constraints,
+    curves,
+    energies,
+    fairing,
+    files,
+    jets,
+    motions,
+    program,
+    solvers,
+    splines,
+    sweeps,
 )
+from symmotion.batches import solve_many
+from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, Velocity
 from symmotion.design import (
-    AngularRate,
-    CurveCondition,
-    Limits,
-    NoInversion,
-    OnLine,
-    Periodic,
-    SpeedBound,
-    Tolerance,
-    UnitVolume,
-    Velocity,
     affine_program,
     curve_program,
     fit_program,
     free_times_program,
+    join,
     measure,
-    measure_torque,
     orientation_program,
     pose_program,
 )
-from symmotion.energies import Energy, JetEnergy, Rigidity, StrainAcceleration, StrainRate, TrajectoryEnergy
+from symmotion.energies import JetEnergy, Rigidity, StrainAcceleration, StrainRate, Torque, TrajectoryEnergy
 from symmotion.errors import InputError, SolveError
-from symmotion.fairing import FairingResult, fair
-from symmotion.files import (
-    Skeleton,
-    WrittenMotion,
-    joint_trajectories,
-    read_bvh,
-    read_gltf_keyframes,
-    read_keyframes,
-    read_motion,
-    read_two_parameter,
-    write_gltf,
-    write_keyframes,
-    write_mesh,
-    write_motion,
-    write_two_parameter,
-    write_usd,
-)
-from symmotion.jets import Jet
-from symmotion.motions import (
-    Affine,
-    AffineMotion,
-    DualQuaternions,
-    Keyframes,
-    PoseMotion,
-    RationalMotion,
-    TwoParameterMotion,
-    copy_deviations,
-    examples,
-    keyframes_from_copies,
-    orthonormalise,
-)
-from symmotion.motions.interpolants import (
-    component_cubic,
-    log_blend,
-    polar_blend,
-    shoemake_bezier,
-    shoemake_interpolant,
-    slerp,
-    slerp_curve,
-    squad,
-    steady_morph,
-)
-from symmotion.motions.quaternions import QuaternionMotion, interpolate_quaternions
-from symmotion.program import Program
-from symmotion.solvers import Comparison, Elimination, ExactNewton, Ipopt, Solution, Status, compare
-from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, least_squares
-from symmotion.sweeps import (
-    CharacteristicCurve,
-    MovingEllipsoid,
-    SweepSurface,
-    SweptVolume,
-    characteristic_curves,
-    sweep_surface,
-    swept_volume,
-)
-from symmotion.systems import Certificate
+from symmotion.fairing import fair
+from symmotion.files import read_keyframes, read_motion, write_keyframes, write_motion
+from symmotion.motions import Affine, AffineMotion, Keyframes, PoseMotion, examples, interpolants, quaternions
+from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.solvers import Elimination, ExactNewton, Ipopt, Solution, compare
+from symmotion.systems import certify
 
 if TYPE_CHECKING:
-    from symmotion.views.films import write_animation
+    from symmotion import report, views
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
+
+# Matplotlib takes long to import, and few programs draw.
+LATE = ("report", "views")
+
+# The names that 0.1.0 had at the top level, and where they are.
+MOVED = {
+    "AngularRate": "constraints",
+    "BSplineBasis": "splines",
+    "Certificate": "systems",
+    "CharacteristicCurve": "sweeps",
+    "Comparison": "solvers",
+    "CurveCondition": "constraints",
+    "DualQuaternions": "motions",
+    "Energy": "energies",
+    "Failed": "batches",
+    "FairingResult": "fairing",
+    "Jet": "jets",
+    "Mesh": "bodies",
+    "MovingEllipsoid": "sweeps",
+    "NoInversion": "constraints",
+    "OnLine": "constraints",
+    "Periodic": "constraints",
+    "Program": "program",
+    "RationalMotion": "motions",
+    "RationalQuadratic": "curves",
+    "ResultsFile": "batches",
+    "Retimed": "curves",
+    "Skeleton": "files",
+    "Spline": "splines",
+    "Status": "solvers",
+    "SweepSurface": "sweeps",
+    "SweptVolume": "sweeps",
+    "SymbolicSpline": "curves",
+    "Tally": "batches",
+    "TwoParameterMotion": "motions",
+    "UnitVolume": "constraints",
+    "WrittenMotion": "files",
+    "arc_length": "curves",
+    "auto_knots": "answers",
+    "auxiliary_keyframes": "answers",
+    "bernstein": "curves",
+    "bezier": "curves",
+    "catmull_rom": "curves",
+    "characteristic_curves": "sweeps",
+    "component_cubic": "interpolants",
+    "constant_speed": "curves",
+    "copy_deviations": "motions",
+    "cubic_interpolant": "splines",
+    "de_casteljau": "curves",
+    "hermite_spline": "curves",
+    "interpolate_quaternions": "quaternions",
+    "joint_trajectories": "files",
+    "keyframe_prices": "answers",
+    "keyframes_from_copies": "motions",
+    "kochanek_bartels": "curves",
+    "least_squares": "splines",
+    "log_blend": "interpolants",
+    "orthonormalise": "motions",
+    "polar_blend": "interpolants",
+    "polynomial_segment": "curves",
+    "read_bvh": "files",
+    "read_gltf_keyframes": "files",
+    "read_two_parameter": "files",
+    "shoemake_bezier": "interpolants",
+    "shoemake_interpolant": "interpolants",
+    "slerp": "interpolants",
+    "slerp_curve": "interpolants",
+    "slow_in_out": "curves",
+    "solve_each": "batches",
+    "speed": "curves",
+    "squad": "interpolants",
+    "steady_morph": "interpolants",
+    "sweep_surface": "sweeps",
+    "swept_volume": "sweeps",
+    "symbolic_basis": "curves",
+    "write_animation": "views",
+    "write_gltf": "files",
+    "write_mesh": "files",
+    "write_two_parameter": "files",
+    "write_usd": "files",
+}
+GONE = {
+    "Limits": "constraints=[RateBound(…), AccelerationBound(…), TorqueBound(…)]",
+    "measure_torque": "measure(motion, Torque(inertia))",
+}
 
 
-def __getattr__(name: str):
-    # Matplotlib takes long to import, and few programs make films.
-    if name == "write_animation":
-        from symmotion.views.films import write_animation
-
-        return write_animation
+def __getattr__(name: str) -> object:
+    if name in LATE:
+        return import_module(f"symmotion.{name}")
+    if name in MOVED:
+        return getattr(
+            import_module(f"symmotion.{MOVED[name]}") if MOVED[name] not in globals() else globals()[MOVED[name]], name
+        )  # TEMPORARY
+        raise AttributeError(f"sm.{name} is sm.{MOVED[name]}.{name} from 0.2.0 on")
+    if name in GONE:
+        raise AttributeError(f"sm.{name} is {GONE[name]} from 0.2.0 on")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])
 
 
 __all__ = [
     "Affine",
     "AffineMotion",
-    "AngularRate",
-    "BSplineBasis",
-    "Certificate",
-    "CharacteristicCurve",
-    "Comparison",
-    "CurveCondition",
-    "DualQuaternions",
     "Elimination",
-    "Energy",
     "ExactNewton",
-    "Failed",
-    "FairingResult",
     "InputError",
     "Ipopt",
-    "Jet",
+    "JetConstraint",
     "JetEnergy",
     "Keyframes",
-    "Limits",
-    "Mesh",
-    "MovingEllipsoid",
-    "NoInversion",
-    "OnLine",
-    "Periodic",
     "PoseMotion",
-    "Program",
     "QuaternionMotion",
-    "RationalMotion",
-    "RationalQuadratic",
-    "ResultsFile",
-    "Retimed",
+    "RateBound",
     "Rigidity",
-    "Skeleton",
     "Solution",
     "SolveError",
     "SpeedBound",
-    "Spline",
-    "Status",
     "StrainAcceleration",
     "StrainRate",
-    "SweepSurface",
-    "SweptVolume",
-    "SymbolicSpline",
-    "Tally",
     "Tolerance",
+    "Torque",
     "TrajectoryEnergy",
-    "TwoParameterMotion",
-    "UnitVolume",
     "Velocity",
-    "WrittenMotion",
     "affine_program",
-    "arc_length",
-    "auto_knots",
-    "auxiliary_keyframes",
-    "bernstein",
-    "bezier",
-    "catmull_rom",
-    "characteristic_curves",
+    "answers",
+    "batches",
+    "bodies",
+    "certify",
     "compare",
-    "component_cubic",
-    "constant_speed",
-    "copy_deviations",
-    "cubic_interpolant",
+    "constraints",
     "curve_program",
-    "de_casteljau",
+    "curves",
+    "energies",
     "examples",
     "fair",
+    "fairing",
+    "files",
     "fit_program",
     "free_times_program",
-    "hermite_spline",
-    "interpolate_quaternions",
-    "joint_trajectories",
-    "keyframe_prices",
-    "keyframes_from_copies",
-    "kochanek_bartels",
-    "least_squares",
-    "log_blend",
+    "interpolants",
+    "jets",
+    "join",
     "measure",
-    "measure_torque",
+    "motions",
     "orientation_program",
-    "orthonormalise",
-    "polar_blend",
-    "polynomial_segment",
     "pose_program",
-    "read_bvh",
-    "read_gltf_keyframes",
+    "program",
+    "quaternions",
     "read_keyframes",
     "read_motion",
-    "read_two_parameter",
-    "shoemake_bezier",
-    "shoemake_interpolant",
-    "slerp",
-    "slerp_curve",
-    "slow_in_out",
-    "solve_each",
+    "report",
     "solve_many",
-    "speed",
-    "squad",
-    "steady_morph",
-    "sweep_surface",
-    "swept_volume",
-    "symbolic_basis",
-    "write_animation",
-    "write_gltf",
+    "solvers",
+    "splines",
+    "sweeps",
+    "views",
     "write_keyframes",
-    "write_mesh",
     "write_motion",
-    "write_two_parameter",
-    "write_usd",
 ]

@@ -1,18 +1,18 @@
 """Where to insert knots, driven by the integrand (HJK 4.2 leave it open), and auxiliary keyframes (HJK 4.1)."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from symmotion.design.affine import affine_program
-from symmotion.design.jets import JetKernel, nodes_for
+from symmotion.design.terms import kernel_of, nodes_for
 from symmotion.energies import Energy
 from symmotion.errors import InputError
+from symmotion.jets.space import affine_space
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.rigid import polar_factors
 from symmotion.program import BlockEvaluator
-from symmotion.solvers import ExactNewton, Solution
+from symmotion.solvers import ExactNewton, Ipopt, Solution
 from symmotion.splines import cubic_interpolant
 
 
@@ -48,7 +48,7 @@ def auto_knots(
     budget: int,
     fall: float = 1e-3,
     share: float = 0.3,
-    solver: Any = None,
+    solver: ExactNewton | Ipopt | None = None,
 ) -> KnotSearch:
     """Insert knots where the integrand of the objective is largest, and solve again, until it pays no more.
 
@@ -83,10 +83,12 @@ def auto_knots(
 def span_contributions(motion: AffineMotion, objective: Energy) -> np.ndarray:
     """(S,) what each span of a motion adds to an objective."""
     total = np.zeros(len(motion.basis.breakpoints) - 1)
+    d, controls = motion.dimension, motion.spline.control_points
+    space = affine_space(motion.basis, d, d * d + d)
     for weight, part in objective.parts:
-        nodes = nodes_for(part, motion)
-        block = JetKernel.of(part, motion.dimension).integral(part.name, motion.basis, nodes, weight)
-        density = BlockEvaluator(block).density(block.rows(motion.spline.control_points))
+        nodes = nodes_for(part, weight, space, controls)
+        block = kernel_of(part, weight, space).integral(part.name, space, nodes, weight)
+        density = BlockEvaluator(block).density(block.rows(controls))
         total += (density * block.weights.reshape(density.shape)).sum(axis=1)
     return total
 

@@ -1,45 +1,28 @@
 """The questions a user asks, as programs."""
 
 from symmotion.design.affine import AffineDesign, affine_program
-from symmotion.design.constraints import (
-    AngularRate,
-    MotionConstraint,
-    NoInversion,
-    OnLine,
-    Periodic,
-    SpeedBound,
-    Tolerance,
-    UnitVolume,
-    Velocity,
-)
 from symmotion.design.curve import CurveDesign, curve_program
-from symmotion.design.curve_conditions import CurveCondition
-from symmotion.design.fitting import fit_program
-from symmotion.design.free_times import free_times_program
-from symmotion.design.jets import measure
-from symmotion.design.orientation import Limits, measure_torque, orientation_program
-from symmotion.design.pose import pose_program
+from symmotion.design.fitting import FitDesign, fit_program
+from symmotion.design.free_times import FreeTimesDesign, free_times_program
+from symmotion.design.joined import JoinedDesign, join
+from symmotion.design.measure import measure
+from symmotion.design.orientation import OrientationDesign, orientation_program
+from symmotion.design.pose import PoseDesign, pose_program
 
 __all__ = [
     "AffineDesign",
-    "AngularRate",
-    "CurveCondition",
     "CurveDesign",
-    "Limits",
-    "MotionConstraint",
-    "NoInversion",
-    "OnLine",
-    "Periodic",
-    "SpeedBound",
-    "Tolerance",
-    "UnitVolume",
-    "Velocity",
+    "FitDesign",
+    "FreeTimesDesign",
+    "JoinedDesign",
+    "OrientationDesign",
+    "PoseDesign",
     "affine_program",
     "curve_program",
     "fit_program",
     "free_times_program",
+    "join",
     "measure",
-    "measure_torque",
     "orientation_program",
     "pose_program",
 ]

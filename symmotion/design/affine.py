@@ -8,16 +8,21 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
-from symmotion.design.constraints import MotionConstraint, Space
+from symmotion import checks
+from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
 from symmotion.design.independence import require_independent
-from symmotion.design.jets import UNKNOWN, JetKernel, nodes_for
+from symmotion.design.question import as_constraints, as_keyframes, built
+from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
+from symmotion.jets.space import UNKNOWN, JetKernel, LinearSpace, affine_space
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.program import Block, BlockEvaluator, Constraint, Program
 from symmotion.program.state import made_of
+from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
 from symmotion.splines.interpolation import require_schoenberg_whitney
 
@@ -25,51 +30,47 @@ RIGIDITY = Rigidity()
 FAR = 1e3  # distance from zero, in diameters of the keyframes, from which it is subtracted
 
 
+@renamed(keyframes="keys")
 def affine_program(
-    keyframes: Keyframes,
+    keys: Keyframes,
     *,
+    objective: Energy | None = None,
+    constraints: Sequence[MotionConstraint] = (),
     degree: int = 3,
     refine: int = 1,
-    objective: Energy = RIGIDITY,
-    constraints: Sequence[MotionConstraint] = (),
+    knots: ArrayLike | None = None,
     ends: str = "natural",
     end_rates: Affine | None = None,
-    knots=None,
-) -> Program:
+) -> Program[AffineMotion]:
     """The least distorted (or otherwise best) affine spline motion through keyframes, as a program.
 
     Minimise `objective` over the control matrices A_j, and the control points v_j where the
     objective sees them, subject to A(t_i) = A*_i, v(t_i) = v*_i with one multiplier per scalar
-    condition (HJK 4). Where the objective does not see the translation, that keeps its
-    interpolating spline.
+    condition (HJK 4) and to the constraints. Where the objective does not see the translation, that
+    keeps its interpolating spline.
 
+    keys: `Keyframes`. objective: an energy or weighted sum of energies, Rigidity() when left out.
+    constraints: conditions on the jet (`Jet`), each with multipliers under its name.
     degree: at least 1. refine: knots inserted in every segment, equally spaced, beside the
     simple knots at the keyframe times; or `knots`, the inner knots in increasing order, instead.
-    objective: an energy or weighted sum of energies, Rigidity() when left out.
-    constraints: further conditions (Velocity, AngularRate, Periodic, UnitVolume, OnLine, Tolerance,
-        NoInversion, SpeedBound), each with multipliers under its name.
-    ends: of the C² cubic interpolant that is the start: "natural", "not-a-knot", "clamped" with
-    `end_rates` (linear (2, d, d), translation (2, d)) or "periodic".
+    ends: what holds at the ends, and shapes the C² cubic interpolant that is the start: "natural" and
+    "not-a-knot" (nothing), "clamped" with `end_rates` (linear (2, d, d), translation (2, d)), which are
+    kept, or "periodic", the closed motion.
 
     Raises InputError for what cannot be: more conditions in a span than controls, an end
     condition that needs more keyframes, an objective of another dimension, conditions that
     repeat or contradict each other.
     """
     began = perf_counter()
-    if not isinstance(objective, Energy):
-        raise InputError(f"objective {objective!r} is no energy")
-    for c in constraints:
-        if not isinstance(c, MotionConstraint):
-            raise InputError(f"constraint {c!r} is no condition on a motion")
-    if isinstance(degree, bool) or int(degree) != degree or degree < 1:
-        raise InputError(f"degree {degree!r}: a whole number, 1 or more, is needed")
-    if isinstance(refine, bool) or int(refine) != refine or refine < 0:
-        raise InputError(f"refine {refine!r}: a whole number of knots per segment, 0 or more, is needed")
-    inner = refined_times(keyframes.times, int(refine))[1:-1] if knots is None else np.asarray(knots, dtype=float)
-    basis = _clamped(keyframes.times[0], inner, keyframes.times[-1], int(degree))
+    keys = as_keyframes(keys)
+    energy, asked = as_objective(objective, RIGIDITY), as_constraints(constraints)
+    degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
+    inner = refined_times(keys.times, refine)[1:-1] if knots is None else checks.array(knots, ("K",), "knots")
+    basis = _clamped(keys.times[0], inner, keys.times[-1], degree)
     slopes = None if end_rates is None else np.concatenate([end_rates[0].reshape(2, -1), end_rates[1]], axis=1)
-    start = represent(basis, cubic_interpolant(keyframes.times, keyframes.coordinates, ends, slopes), keyframes.times)
-    program = AffineDesign(keyframes, objective, start, tuple(constraints)).program()
+    start = represent(basis, cubic_interpolant(keys.times, keys.coordinates, ends, slopes), keys.times)
+    at_ends = {"clamped": (EndRates(end_rates),), "periodic": (Periodic(),)}.get(ends, ())
+    program = AffineDesign(keys, energy, start, (*at_ends, *asked)).program()
     return replace(program, build_seconds=perf_counter() - began)
 
 
@@ -122,7 +123,7 @@ class AffineDesign:
         v, d = self.keyframes.translation, self.keyframes.dimension
         origin, centre = np.zeros(d * d + d), v[0]
         near = np.abs(centre).max() <= FAR * np.abs(v - centre).max()
-        if not (near or self.constraints or any(k.reads(0, slice(d * d, None)) for _, _, k in self._terms)):
+        if not (near or self.constraints or any(k.reads(0, slice(d * d, None)) for k in self._kernels)):
             origin[d * d :] = centre
         return origin
 
@@ -131,30 +132,34 @@ class AffineDesign:
         return self.start.basis
 
     @cached_property
-    def _terms(self) -> list[tuple[float, Energy, JetKernel]]:
-        return [(w, e, JetKernel.of(e, self.keyframes.dimension)) for w, e in self.objective.parts if w > 0]
+    def _kernels(self) -> list[JetKernel]:
+        d = self.keyframes.dimension
+        whole = affine_space(self.basis, d, d * d + d)
+        return [kernel_of(e, w, whole) for _, w, e in parts_of(self.objective)]
 
     @cached_property
     def channels(self) -> int:
         """Coordinates per control in the program: d², or d² + d where the objective sees the translation."""
-        return max(kernel.kernel.channels for _, _, kernel in self._terms)
+        return max(kernel.channels for kernel in self._kernels)
+
+    @cached_property
+    def space(self) -> LinearSpace:
+        return affine_space(self.basis, self.keyframes.dimension, self.channels)
 
     @property
-    def space(self) -> Space:
-        return Space(self.keyframes, self.basis, self.channels)
+    def setting(self) -> Setting:
+        keys, d = self.keyframes, self.keyframes.dimension
+        return Setting((self.space,), keys.times, keys.linear, keys.translation, moves=self.channels > d * d)
 
-    def program(self) -> Program:
+    def program(self) -> Program[AffineMotion]:
         """The program of this question."""
         start = {UNKNOWN: self._unknowns(self.start)}
-        motion = self.motion(start)
-        terms, names = [], set()
-        for weight, energy, kernel in self._terms:
-            name = _distinct(energy.name, names)
-            terms.append(kernel.integral(name, self.basis, nodes_for(energy, motion), weight))
+        controls = self.start.control_points.copy()
+        controls[:, : self.channels] = start[UNKNOWN] + self.origin[: self.channels]
+        terms = terms_of(self.objective, self.space, controls)
         given = [self._interpolation(*group) for group in self._given]
-        taken = {c.name for c in given}
-        extra = [c.named(_distinct(c.name, taken)) for c in self.constraints]
-        program = Program(start, tuple(terms), (*given, *(c.build(self.space) for c in extra)), self)
+        extra = built(self.constraints, self.setting, given)
+        program = Program(start, tuple(terms), (*given, *extra), self)
         if extra:
             require_independent(program)
         return program
@@ -163,7 +168,7 @@ class AffineDesign:
     def _given(self) -> list[tuple[str, np.ndarray, slice]]:
         """The interpolation conditions: name, keyframes and coordinates of each group that is not empty."""
         d, every = self.keyframes.dimension, set(range(len(self.keyframes)))
-        freed = [c.frees(self.space) for c in self.constraints]
+        freed = [c.frees(self.setting) for c in self.constraints]
         linear, translation = (every - set().union(*(f[k] for f in freed)) for k in (0, 1))
         whole = slice(0, self.channels)
         if self.channels == d * d:
@@ -220,13 +225,13 @@ class AffineDesign:
     def quadrature_errors(self, motion: AffineMotion, program: Program) -> dict[str, float]:
         """By term, how much twice as many Gauss nodes change its value: zero up to rounding where it is exact."""
         controls, errors = motion.spline.control_points, {}
-        for (weight, _, kernel), block in zip(self._terms, program.terms, strict=True):
-            finer = kernel.integral(block.name, motion.basis, 2 * block.nodes, weight)
+        for kernel, (_, weight, _), block in zip(self._kernels, parts_of(self.objective), program.terms, strict=True):
+            finer = kernel.integral(block.name, self.space, 2 * block.nodes, weight)
             values = [BlockEvaluator(b).value(b.rows(controls)) for b in (block, finer)]
             errors[block.name] = abs(values[1] - values[0])
         return errors
 
-    def with_keyframes(self, program: Program, keyframes: Keyframes) -> Program:
+    def with_keyframes(self, program: Program[AffineMotion], keyframes: Keyframes) -> Program[AffineMotion]:
         """The program for other keyframes; structure and kernels are kept where the times are the same."""
         if keyframes.dimension != self.keyframes.dimension:
             raise InputError(f"keyframes in {keyframes.dimension}D for a program in {self.keyframes.dimension}D")
@@ -245,7 +250,7 @@ class AffineDesign:
         moved = program.with_data("keyframes", design._targets[:, : self.channels], start=controls, design=design)
         return replace(moved, build_seconds=perf_counter() - began)
 
-    def stages(self, by: str) -> Iterator[Program]:
+    def stages(self, by: str) -> Iterator[Program[AffineMotion]]:
         """Smaller programs that lead to this one by steps, coarsest first (HJK 4.4, 5.1).
 
         by: "degree", from 1 up to the full one, with the same knots; or "knots", the inserted knots in
@@ -265,14 +270,5 @@ class AffineDesign:
         else:
             raise InputError(f"stages by {by!r} are unknown; there are degree, knots")
 
-    def _restricted(self, basis: BSplineBasis) -> Program:
+    def _restricted(self, basis: BSplineBasis) -> Program[AffineMotion]:
         return replace(self, start=represent(basis, self.start, self.keyframes.times)).program()
-
-
-def _distinct(name: str, taken: set[str]) -> str:
-    """The name, numbered where it is taken; added to those taken."""
-    fresh, k = name, 2
-    while fresh in taken:
-        fresh, k = f"{name} ({k})", k + 1
-    taken.add(fresh)
-    return fresh

@@ -1,58 +1,71 @@
 """Control quaternions as the symbols of kernels: what a node of a quaternion curve reads, and what it can say."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from symmotion.jets import rotation
+from symmotion.jets import HIGHEST_ORDER, RigidJet, rotation
+from symmotion.jets.rigid import rigid_jet
+from symmotion.jets.space import UNKNOWN, Reading
 from symmotion.kernels import Kernel
 from symmotion.motions.quaternions.algebra import conjugate, log, product
 from symmotion.program import Block, Constraint
 from symmotion.splines import BSplineBasis, gauss
 from symmotion.splines.cumulative import cumulative
 
-UNKNOWN = "controls"
-
 
 @dataclass(frozen=True, eq=False)
-class Node:
-    """A pose curve at one parameter, in symbols: its control quaternions and points on the span, and weights.
+class NodeSymbols:
+    """What a span's jet is made of: z, its degree + 1 controls one after the other, and what tells the parameter.
 
-    controls: the degree + 1 control quaternions; points: the control points, empty without
-    translation; ways: the increments ω_l; weights: B̃, B̃′, B̃″, each (degree,); extra: the
-    node's own data.
+    signs, turns: (p,) of the logarithms, empty where all are principal; weights: B̃, B̃′, B̃″, B̃‴, each (p,); t: the time.
     """
 
-    controls: Sequence[ca.SX]
-    points: Sequence[ca.SX]
-    ways: Sequence[ca.SX]
-    weights: tuple[ca.SX, ca.SX, ca.SX]
-    extra: ca.SX
+    z: ca.SX
+    signs: ca.SX
+    turns: ca.SX
+    weights: tuple[ca.SX, ...]
+    t: ca.SX
 
-    @cached_property
-    def quaternion(self) -> ca.SX:
-        """q (4, 1)."""
-        return rotation.orientation(self.controls[0], self.ways, self.weights[0])
+    @staticmethod
+    def of(channels: int, p: int, plain: bool, slot: int = 0) -> "NodeSymbols":
+        branch = 0 if plain else p
+        return NodeSymbols(
+            ca.SX.sym(f"z_{slot}", channels * (p + 1)),
+            ca.SX.sym(f"signs_{slot}", branch),
+            ca.SX.sym(f"turns_{slot}", branch),
+            tuple(ca.SX.sym(f"weights_{slot}_{order}", p) for order in range(HIGHEST_ORDER + 1)),
+            ca.SX.sym(f"t_{slot}"),
+        )
 
-    @cached_property
-    def jet(self) -> rotation.RotationJet:
-        return rotation.rates(self.ways, *self.weights)
+    def ways(self, channels: int) -> list[ca.SX]:
+        """The increments ω_l between the controls."""
+        controls = [self.z[k : k + 4] for k in range(0, self.z.numel(), channels)]
+        ratios = [rotation.product(rotation.conjugate(a), b) for a, b in pairwise(controls)]
+        if not self.signs.numel():
+            return [rotation.log(ratio) for ratio in ratios]
+        return [rotation.log(self.signs[k] * ratio, self.turns[k]) for k, ratio in enumerate(ratios)]
 
-    def translation(self, nu: int) -> ca.SX:
-        """The nu-th derivative, nu ≤ 2, of the translation (3, 1), v_0 + Σ (v_l − v_{l−1}) B̃_l."""
-        steps = pairwise(self.points)
-        moved = sum(((b - a) * self.weights[nu][k] for k, (a, b) in enumerate(steps)), ca.SX(3, 1))
-        return moved + self.points[0] if nu == 0 else moved
+    def jet(self, channels: int, ways: Sequence[ca.SX]) -> RigidJet:
+        """The jet at the parameter: KKS (7) and its derivatives, the origin v_0 + Σ (v_l − v_{l−1}) B̃_l."""
+        rate, acceleration = rotation.rates(ways, *self.weights[:3])
+        points = [self.z[k + 4 : k + 7] for k in range(0, self.z.numel(), channels)] if channels > 4 else []
+        translation = []
+        for order, weights in enumerate(self.weights if points else ()):
+            steps = pairwise(points)
+            moved = sum(((b - a) * weights[k] for k, (a, b) in enumerate(steps)), ca.SX(3, 1))
+            translation.append(moved + points[0] if order == 0 else moved)
+        quaternion = rotation.orientation(self.z[:4], ways, self.weights[0])
+        return RigidJet(quaternion, rate, acceleration, tuple(translation), self.t)
 
 
 @dataclass(frozen=True, eq=False)
 class ControlSpace:
-    """The space of a quaternion curve: its basis, and what tells a logarithm its branch.
+    """The space of a quaternion curve: its basis, and what tells a logarithm its branch. A `JetSpace`.
 
     signs, turns: (n,) by the control that an increment leads to, q_{l−1}⁻¹ q_l · signs = exp(ω_l) with
     ω_l by 2π · turns longer than the principal logarithm. channels: 4, or 7 with a translation.
@@ -62,6 +75,11 @@ class ControlSpace:
     signs: np.ndarray
     turns: np.ndarray
     channels: int = 4
+    variable: str = UNKNOWN
+    _slots: dict[int, tuple[NodeSymbols, RigidJet]] = field(default_factory=dict, repr=False)
+
+    def __getstate__(self) -> dict[str, object]:
+        return {**self.__dict__, "_slots": {}}  # symbols do not pickle, and are made again
 
     @staticmethod
     def of(basis: BSplineBasis, controls: np.ndarray, ways: np.ndarray, channels: int = 4) -> "ControlSpace":
@@ -91,72 +109,100 @@ class ControlSpace:
         size = np.linalg.norm(plain, axis=1)
         return plain * (1 + 2 * np.pi * self.turns / np.where(size > 0, size, 1.0))[:, None]
 
-    def gauss(self, nodes: int) -> tuple[np.ndarray, np.ndarray]:
-        """Gauss points and weights (S, nodes) on the spans."""
-        return gauss(self.basis, nodes)
+    @property
+    def n(self) -> int:
+        return self.basis.n
 
-    def block(
-        self,
-        name: str,
-        times: np.ndarray,
-        expression: Callable[[Node], ca.SX],
-        extra: np.ndarray | None = None,
-        squares: bool = False,
-    ) -> Block:
-        """`expression` at times (E, Q), the Q of an element on one span: out is what it says at all of them.
+    @property
+    def domain(self) -> tuple[float, float]:
+        return self.basis.domain
 
-        extra: (E, Q, D) data for each time. The logarithms of an element are taken once for its Q times.
-        """
+    @property
+    def breakpoints(self) -> np.ndarray:
+        return self.basis.breakpoints
+
+    def jet(self, slot: int = 0) -> RigidJet:
+        return self._slot(slot)[1]
+
+    def _slot(self, slot: int) -> tuple[NodeSymbols, RigidJet]:
+        if slot not in self._slots:
+            symbols = NodeSymbols.of(self.channels, self.basis.degree, self.plain, slot)
+            self._slots[slot] = symbols, symbols.jet(self.channels, symbols.ways(self.channels))
+        return self._slots[slot]
+
+    def symbols(self, slot: int = 0) -> RigidJet:
+        pose = self.channels > 4
+        return rigid_jet(ca.SX.sym("jet", 23 if pose else 11), pose)
+
+    def needed(self, slot: int, out: ca.SX) -> int:
+        return self.channels if ca.depends_on(out, self._slot(slot)[0].z) else 0
+
+    def read(self, slot: int, out: ca.SX, times: np.ndarray, sides: np.ndarray | None, width: int) -> Reading:
+        node = self._slot(slot)[0]
+        highest = HIGHEST_ORDER if ca.depends_on(out, node.weights[HIGHEST_ORDER]) else HIGHEST_ORDER - 1
+        columns, tables = self._tables(times[:, None], highest)
+        data = [node.signs, node.turns, *node.weights[: highest + 1]]
+        numbers = [*self._branches(columns), tables[:, 0]]
+        if ca.depends_on(out, node.t):
+            data, numbers = [*data, node.t], [*numbers, times[:, None]]
+        return Reading(node.z, self._picked(columns), ca.vertcat(*data), np.concatenate(numbers, axis=1))
+
+    def _tables(self, times: np.ndarray, highest: int) -> tuple[np.ndarray, np.ndarray]:
+        """Of times (E, Q): the controls (E, p + 1) of their spans, and the weights (E, Q, (highest + 1) p) there."""
         e, q = times.shape
-        extra = np.empty((e, q, 0)) if extra is None else extra
-        spans, weights = cumulative(self.basis, times.ravel(), 2)
         p = self.basis.degree
-        base = spans.reshape(e, q)[:, :1] - p
-        columns = (base + np.arange(p + 1)) % self.basis.n
-        tables = np.stack([np.stack(w, axis=1) for w in weights], axis=1).reshape(e, q, 3 * p)
-        branches = [] if self.plain else [self.signs[columns[:, 1:]], self.turns[columns[:, 1:]]]
-        data = np.concatenate([*branches, np.concatenate([tables, extra], axis=2).reshape(e, -1)], axis=1)
-        pointers = np.arange(e * (p + 1) + 1)
-        operator = sparse.csr_array(
-            (np.ones(e * (p + 1)), columns.ravel(), pointers), shape=(e * (p + 1), self.basis.n)
-        )
-        kernel = self._kernel(q, extra.shape[2], expression, squares)
-        return Block(name, kernel, UNKNOWN, slice(0, self.channels), operator, 1, np.ones(e), data)
+        spans, weights = cumulative(self.basis, times.ravel(), highest)
+        columns = (spans.reshape(e, q)[:, :1] - p + np.arange(p + 1)) % self.basis.n
+        tables = np.stack([np.stack(w, axis=1) for w in weights], axis=1).reshape(e, q, (highest + 1) * p)
+        return columns, tables
 
-    def at(self, name: str, times, expression: Callable[[Node], ca.SX], extra: np.ndarray | None = None) -> Constraint:
-        """`expression` = 0 at each of the times (N,); extra: (N, D)."""
-        return Constraint.equality(self.block_at(name, times, expression, extra))
+    def _branches(self, columns: np.ndarray) -> list[np.ndarray]:
+        return [] if self.plain else [self.signs[columns[:, 1:]], self.turns[columns[:, 1:]]]
 
-    def block_at(self, name: str, times, expression, extra: np.ndarray | None = None) -> Block:
-        """`expression` at each of the times (N,); extra: (N, D)."""
-        times = np.asarray(times, dtype=float)
-        return self.block(name, times[:, None], expression, None if extra is None else extra[:, None])
+    def _picked(self, columns: np.ndarray) -> sparse.csr_array:
+        """(E (p + 1), n) picks the controls (E, p + 1)."""
+        pointers = np.arange(columns.size + 1)
+        shape = (columns.size, self.basis.n)
+        return sparse.csr_array((np.ones(columns.size), columns.ravel(), pointers), shape=shape)
+
+    def integral(
+        self, name: str, expression: Callable[[RigidJet], ca.SX], squares: bool, nodes: int, weight: float, whole: bool
+    ) -> Block:
+        """weight ∫ φ dt by Gauss nodes on the spans; φ the expression, or with `squares` its sum of squares.
+
+        whole: whether a span is one element, whose logarithms are taken once for its nodes. With all nodes of a span
+        in one, a large kernel takes long to derive.
+        """
+        points, weights = gauss(self.basis, nodes)
+        shares = np.sqrt(weight * weights) if squares else weight * weights
+        if not whole:
+            points, shares = points.reshape(-1, 1), shares.reshape(-1, 1)
+        e, q = points.shape
+        p, c = self.basis.degree, self.channels
+        columns, tables = self._tables(points, 2)
+        symbols = NodeSymbols.of(c, p, self.plain)
+        ways, out, data = symbols.ways(c), [], [symbols.signs, symbols.turns]
+        timed = False
+        for k in range(q):
+            here = NodeSymbols.of(c, p, self.plain, k)
+            share = ca.SX.sym("share")
+            node = NodeSymbols(symbols.z, symbols.signs, symbols.turns, here.weights, here.t)
+            value = share * expression(node.jet(c, ways))
+            timed = timed or bool(ca.depends_on(value, here.t))
+            out.append(value)
+            data += [*here.weights[:3], share, *([here.t] if timed else [])]
+        extra = np.stack([shares, points], axis=2) if timed else shares[..., None]
+        numbers = [*self._branches(columns), np.concatenate([tables, extra], axis=2).reshape(e, -1)]
+        kernel = Kernel(symbols.z, ca.vertcat(*data), ca.vertcat(*out), c, squares)
+        table = np.concatenate(numbers, axis=1)
+        return Block(name, kernel, self.variable, slice(0, c), self._picked(columns), 1, np.ones(e), table)
 
     def norms(self) -> Constraint:
         """|q_j|² = 1 for every control quaternion."""
         z = ca.SX.sym("z", self.channels)
         kernel = Kernel(z, ca.SX.sym("data", 0), ca.sumsqr(z[:4]) - 1, self.channels)
-        n = self.basis.n
-        operator = sparse.eye_array(n, format="csr")
+        n, every = self.basis.n, sparse.csr_array(sparse.eye_array(self.basis.n, format="csr"))
         channels = slice(0, self.channels)
         return Constraint.equality(
-            Block("unit norms", kernel, UNKNOWN, channels, sparse.csr_array(operator), 1, np.ones(n), np.empty((n, 0)))
+            Block("unit norms", kernel, self.variable, channels, every, 1, np.ones(n), np.empty((n, 0)))
         )
-
-    def _kernel(self, count: int, extra: int, expression: Callable[[Node], ca.SX], squares: bool) -> Kernel:
-        p, c = self.basis.degree, self.channels
-        z = ca.SX.sym("z", c * (p + 1))
-        branch = 0 if self.plain else 2 * p
-        width = 3 * p + extra
-        data = ca.SX.sym("data", branch + count * width)
-        controls = [z[c * i : c * i + 4] for i in range(p + 1)]
-        points = [z[c * i + 4 : c * i + 7] for i in range(p + 1)] if c > 4 else []
-        ways = []
-        for k, (a, b) in enumerate(pairwise(controls)):
-            ratio = rotation.product(rotation.conjugate(a), b)
-            ways.append(rotation.log(data[k] * ratio, data[p + k]) if branch else rotation.log(ratio))
-        out = []
-        for k in range(count):
-            d = data[branch + k * width : branch + (k + 1) * width]
-            out.append(expression(Node(controls, points, ways, (d[:p], d[p : 2 * p], d[2 * p : 3 * p]), d[3 * p :])))
-        return Kernel(z, data, ca.vertcat(*out), c, squares)

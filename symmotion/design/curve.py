@@ -1,108 +1,191 @@
 """Motion curves of least ∫ ‖x⁽ᵏ⁾‖² under conditions at given times, as programs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 from typing import Any
 
-import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion import checks
+from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
 from symmotion.design.affine import represent
-from symmotion.design.curve_conditions import CurveCondition
+from symmotion.design.independence import require_independent
+from symmotion.design.question import as_constraints, built
+from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
+from symmotion.energies import Bending, Energy
 from symmotion.errors import InputError
-from symmotion.kernels import Kernel
-from symmotion.program import Block, Constraint, Program
+from symmotion.jets.space import UNKNOWN, LinearSpace, curve_space
+from symmotion.motions import Keyframes
+from symmotion.program import Constraint, Program
 from symmotion.program.state import made_of
-from symmotion.splines import BSplineBasis, Spline, gauss
+from symmotion.renamed import renamed
+from symmotion.splines import BSplineBasis, Spline
 
-UNKNOWN = "controls"
 SMALL = 600  # conditions up to which a dense factorisation looks for redundant ones
+KEYFRAMES = "keyframes"
 
 
+@renamed(conditions="keys")
 def curve_program(
-    conditions: Sequence[CurveCondition],
+    keys: Keyframes | Sequence[MotionConstraint],
     *,
-    order: int = 2,
+    objective: Energy | None = None,
+    constraints: Sequence[MotionConstraint] = (),
     degree: int | None = None,
     refine: int = 0,
-    knots=None,
-    breaks=(),
+    knots: ArrayLike | None = None,
+    ends: str = "natural",
+    end_rates: ArrayLike | None = None,
+    order: int = 2,
+    breaks: ArrayLike = (),
     domain: tuple[float, float] | None = None,
-) -> Program:
-    """The curve of least ∫ ‖x⁽ᵏ⁾‖² dt under conditions at given times, as a program.
+) -> Program[Spline]:
+    """The curve of least ∫ ‖x⁽ᵏ⁾‖² dt, or otherwise best, under conditions at given times, as a program.
 
-    conditions: made by `CurveCondition.at`, `.between`, `.norm_below`, `.closed`, `.linked`; each
-    keeps its multipliers under its name, in the shape of its values. order: k = 1, 2 or 3.
-    breaks: (B,) times where the curve is only continuous and the integral is taken piece by piece.
-    domain: of the curve, the interval of the conditions' times when left out.
+    keys: `Keyframes`, whose translations the curve passes under the name "keyframes"; or conditions, made by
+    `CurveCondition.at`, `.between`, `.norm_below`, `.closed`, `.linked`; each keeps its multipliers under its
+    name, in the shape of its values. constraints: more of them, and any `JetConstraint` of a `CurveJet`.
+    objective: an energy or weighted sum of energies of the jet, Bending(order) when left out; order: k = 1, 2 or 3.
+    ends: what holds at the ends: "natural" (nothing), "clamped" with `end_rates` (2, …), the slopes there, or
+    "periodic", the closed curve. breaks: (B,) times where the curve is only continuous and the integral is
+    taken piece by piece. domain: of the curve, the interval of the conditions' times when left out.
 
     degree: 2k − 1 when left out, or the least in which the conditions' derivatives are continuous.
     Knots lie at the conditions' times, 1 + o copies for the highest order o < k asked for there:
     that space holds the minimiser among all functions (a natural spline), for bounds and
-    tolerances too, since only the times count. Conditions of order k and more have no such
-    minimiser: there the optimum depends on the knots. refine: knots more in every interval;
-    or `knots`, all inner knots with their copies, instead.
+    tolerances too, since only the times count, so that refine is 0 here when left out. Conditions of
+    order k and more have no such minimiser: there the optimum depends on the knots. refine: knots more in every
+    interval; or `knots`, all inner knots with their copies, instead.
 
     Raises InputError for conditions that repeat or depend on one another, or that leave part of
     the curve undetermined.
     """
     began = perf_counter()
-    conditions = tuple(conditions)
-    if not conditions or not all(isinstance(c, CurveCondition) for c in conditions):
-        raise InputError("conditions: a sequence of one CurveCondition or more is needed")
-    names = [c.name for c in conditions]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"conditions of the same name, {name!r}: give each a name of its own")
-    if isinstance(order, bool) or order not in (1, 2, 3):
-        raise InputError(f"order {order!r}: 1, 2 or 3 is needed")
-    if isinstance(refine, bool) or int(refine) != refine or refine < 0:
-        raise InputError(f"refine {refine!r}: a whole number of knots per interval, 0 or more, is needed")
-    highest = max(int(c.orders.max()) for c in conditions)
+    checks.choice(order, (1, 2, 3), "order")
+    energy = as_objective(objective, Bending(order))
+    conditions, extra = _asked(keys, constraints)
+    least, most = _orders(energy, conditions[0].value_shape if conditions else ())
+    conditions = (*conditions, *_at_ends(conditions, isinstance(keys, Keyframes), ends, end_rates, most, domain))
+    _require_names(conditions)
+    refine = checks.whole(refine, 0, "refine", " of knots per interval")
+    marks = _marks(conditions, extra)
+    highest = max((o for _, orders in marks for o in orders), default=0)
     if degree is None:
-        degree = max(2 * order - 1, highest + 1 if highest >= order else 0)
-    if isinstance(degree, bool) or int(degree) != degree or degree < max(order, highest):
+        degree = max(2 * most - 1, highest + 1 if highest >= most else 0)
+    if isinstance(degree, bool) or int(degree) != degree or degree < max(most, highest):
         raise InputError(
-            f"degree {degree!r}: a whole number, {max(order, highest)} or more, is needed for the derivatives asked for"
+            f"degree {degree!r}: a whole number, {max(most, highest)} or more, is needed for the derivatives asked for"
         )
-    degree, refine = int(degree), int(refine)
-    span = _domain(conditions, domain)
-    torn = np.unique(np.asarray(breaks, dtype=float))
+    degree = int(degree)
+    span = _domain(conditions, extra, domain)
+    torn = np.unique(checks.numbers(breaks, "breaks"))
     outside = ~((torn > span[0]) & (torn < span[1]))
     if outside.any():
         raise InputError(f"break {torn[outside][0]:g} is not inside the domain ({span[0]:g}, {span[1]:g})")
-    inner = np.asarray(knots, dtype=float) if knots is not None else _knots(conditions, order, degree, span, torn)
+    inner = _knots(marks, most, degree, span, torn) if knots is None else checks.array(knots, ("K",), "knots")
     if knots is None and refine:
         borders = np.unique(np.concatenate([span, inner]))
         share = np.arange(1, refine + 1) / (refine + 1)
         inner = np.sort(np.concatenate([inner, (borders[:-1, None] + np.diff(borders)[:, None] * share).ravel()]))
     end = np.full(degree + 1, 1.0)
-    design = CurveDesign(
-        conditions, order, BSplineBasis(np.concatenate([span[0] * end, inner, span[1] * end]), degree), torn
-    )
+    basis = BSplineBasis(np.concatenate([span[0] * end, inner, span[1] * end]), degree)
+    design = CurveDesign(conditions, extra, energy, least, basis, torn)
     return replace(design.program(), build_seconds=perf_counter() - began)
 
 
-def _domain(conditions: Sequence[CurveCondition], domain: tuple[float, float] | None) -> tuple[float, float]:
-    first, last = min(c.times.min() for c in conditions), max(c.times.max() for c in conditions)
+def _asked(keys: object, constraints: object) -> tuple[tuple[CurveCondition, ...], tuple[MotionConstraint, ...]]:
+    """The conditions that are linear in the curve, those of the keyframes first, and all others."""
+    if isinstance(keys, Keyframes):
+        first: tuple[MotionConstraint, ...] = (CurveCondition.at(keys.times, keys.translation, name=KEYFRAMES),)
+    else:
+        first = tuple(keys) if isinstance(keys, Iterable) and not isinstance(keys, str | bytes) else ()
+        if not first or not all(isinstance(c, MotionConstraint) for c in first):
+            raise InputError("conditions: a sequence of one CurveCondition or more is needed, or Keyframes")
+    every = (*first, *as_constraints(constraints))
+    linear = tuple(c for c in every if isinstance(c, CurveCondition))
+    if not linear:
+        raise InputError("conditions: a sequence of one CurveCondition or more is needed, or Keyframes")
+    return linear, tuple(c for c in every if not isinstance(c, CurveCondition))
+
+
+def _require_names(conditions: Sequence[CurveCondition]) -> None:
+    names = [c.name for c in conditions]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"conditions of the same name, {name!r}: give each a name of its own")
+
+
+def _orders(energy: Energy, shape: tuple[int, ...]) -> tuple[int, int]:
+    """The least and the highest derivative that some term of an objective is the first, or the last, to read."""
+    space = curve_space(BSplineBasis.clamped(np.array([0.0, 1.0]), 1), shape)
+    read = [kernel_of(e, w, space).orders for _, w, e in parts_of(energy)]
+    return max(1, min(min(r) for r in read)), max(1, max(max(r) for r in read))
+
+
+def _at_ends(
+    conditions: Sequence[CurveCondition],
+    keyed: bool,
+    ends: str,
+    end_rates: ArrayLike | None,
+    order: int,
+    domain: tuple[float, float] | None,
+) -> list[CurveCondition]:
+    checks.choice(ends, ("natural", "clamped", "periodic"), "ends")
+    if (ends == "clamped") != (end_rates is not None):
+        raise InputError("clamped ends go with end_rates, and end_rates with clamped ends")
+    if ends == "natural":
+        return []
+    a, b = _domain(conditions, (), domain)
+    if end_rates is not None:
+        return [CurveCondition.at([a, b], end_rates, order=1, name="end rates")]
+    orders = range(1 if keyed else 0, order)
+    return [CurveCondition.closed(a, b, orders)] if orders else []
+
+
+def _marks(conditions: Sequence[CurveCondition], extra: Sequence[MotionConstraint]) -> list[tuple[float, set[int]]]:
+    """The times that conditions speak of, with the derivative orders asked for there."""
+    found: dict[float, set[int]] = {}
+    for c in conditions:
+        for t, o in zip(c.times.ravel().tolist(), c.orders.ravel().tolist(), strict=True):
+            found.setdefault(t, set()).add(o)
+    shape = max((c.value_shape for c in conditions), key=len)
+    space = curve_space(BSplineBasis.clamped(np.array([0.0, 1.0]), 1), shape)
+    for c in extra:
+        if isinstance(c, JetConstraint) and c.at is not None:
+            times = np.asarray(c.at)
+            times = times.reshape(-1, c.slots)
+            for slot, orders in enumerate(c.orders(space)):
+                for t in times[:, slot].tolist():
+                    found.setdefault(t, set()).update(orders)
+    return sorted(found.items())
+
+
+def _domain(
+    conditions: Sequence[CurveCondition], extra: Sequence[MotionConstraint], domain: tuple[float, float] | None
+) -> tuple[float, float]:
+    spoken = [(c.name, c.times) for c in conditions]
+    spoken += [(c.name, np.asarray(c.at)) for c in extra if isinstance(c, JetConstraint) and c.at is not None]
+    first, last = min(t.min() for _, t in spoken), max(t.max() for _, t in spoken)
     a, b = (first, last) if domain is None else (float(domain[0]), float(domain[1]))
     if not (np.isfinite([a, b]).all() and a < b):
         raise InputError(f"domain from {a:g} to {b:g}: conditions at two times or more, or a longer domain, are needed")
-    for c in conditions:
-        if c.times.min() < a or c.times.max() > b:
-            worst = c.times.min() if c.times.min() < a else c.times.max()
-            raise InputError(f"{c.name}: time {worst:g} is outside the domain [{a:g}, {b:g}]")
+    for name, times in spoken:
+        if times.min() < a or times.max() > b:
+            worst = times.min() if times.min() < a else times.max()
+            raise InputError(f"{name}: time {worst:g} is outside the domain [{a:g}, {b:g}]")
     return float(a), float(b)
 
 
-def _knots(conditions, order: int, degree: int, span: tuple[float, float], breaks: np.ndarray) -> np.ndarray:
-    """The inner knots at the conditions' times, with the copies that their orders call for."""
+def _knots(
+    marks: Sequence[tuple[float, set[int]]], order: int, degree: int, span: tuple[float, float], breaks: np.ndarray
+) -> np.ndarray:
+    """The inner knots at the times marked, with the copies that their orders call for."""
     orders: dict[float, set[int]] = {float(t): set() for t in breaks}
-    for c in conditions:
-        for t, o in zip(c.times.ravel().tolist(), c.orders.ravel().tolist(), strict=True):
-            orders.setdefault(t, set()).add(o)
+    for t, asked in marks:
+        orders.setdefault(t, set()).update(asked)
     knots = []
     for t in sorted(set(orders) - set(span)):
         low, high = ([o for o in orders[t] if (o < order) == below] for below in (True, False))
@@ -115,12 +198,15 @@ def _knots(conditions, order: int, degree: int, span: tuple[float, float], break
 
 @dataclass(frozen=True, eq=False)
 class CurveDesign:
-    """The question of a curve program: conditions, order of the derivative that is to be small, spline space.
+    """The question of a curve program: conditions, objective, spline space.
 
+    constraints: those that are no `CurveCondition`; order: the lowest derivative that the objective sees;
     breaks: (B,) times where the curve is only continuous.
     """
 
     conditions: tuple[CurveCondition, ...]
+    constraints: tuple[MotionConstraint, ...]
+    objective: Energy
     order: int
     basis: BSplineBasis
     breaks: np.ndarray
@@ -136,39 +222,30 @@ class CurveDesign:
     def channels(self) -> int:
         return int(np.prod(self.shape))
 
-    def program(self) -> Program:
+    @cached_property
+    def space(self) -> LinearSpace:
+        return curve_space(self.basis, self.shape)
+
+    @property
+    def setting(self) -> Setting:
+        keyed = next((c.times[:, 0] for c in self.conditions if c.name == KEYFRAMES), np.empty(0))
+        return Setting((self.space,), keyed)
+
+    def program(self) -> Program[Spline]:
         """The program of this question."""
-        built = tuple(self._constraint(c) for c in self.conditions if len(self._kept[c.name]))
+        given: list[Constraint] = [
+            c.on(self.space, self.shape, self._kept[c.name]) for c in self.conditions if len(self._kept[c.name])
+        ]
         self._require_independent()
-        self._require_determined()
-        return Program(
-            {UNKNOWN: self._start()},
-            (self._energy(),),
-            built,
-            self,
-        )
-
-    def _energy(self) -> Block:
-        """∫ ‖x⁽ᵏ⁾‖² by Gauss nodes, exactly: the integrand has degree 2 (p − k) on a span."""
-        nodes = self.basis.degree - self.order + 1
-        points, weights = gauss(self.basis, nodes)
-        z = ca.SX.sym("z", self.channels)
-        kernel = Kernel(z, ca.SX.sym("none", 0), z, self.channels, squares=True)
-        count = points.size
-        operator = self.basis.matrix(points.ravel(), self.order)
-        whole = slice(0, self.channels)
-        name = f"∫ ‖x{self.order * chr(39)}‖²"
-        return Block(name, kernel, UNKNOWN, whole, operator, nodes, weights.ravel(), np.empty((count, 0)))
-
-    def _constraint(self, c: CurveCondition) -> Constraint:
-        z, target = ca.SX.sym("z", self.channels), ca.SX.sym("target", self.channels)
-        out = ca.sumsqr(z) if c.norm else z - target
-        kernel = Kernel(z, target, out, self.channels)
-        kept = self._kept[c.name]
-        rows, data = c.rows(self.basis)[kept], c.spread(c.target, self.shape)[kept]
-        block = Block(c.name, kernel, UNKNOWN, slice(0, self.channels), rows, 1, np.ones(len(kept)), data)
-        shape = () if c.norm else self.shape
-        return Constraint(block, c.spread(c.lower, shape)[kept], c.spread(c.upper, shape)[kept])
+        if not self.constraints:
+            self._require_determined()
+        start = self._start()
+        terms = terms_of(self.objective, self.space, start)
+        extra = built(self.constraints, self.setting, given)
+        program = Program({UNKNOWN: start}, tuple(terms), (*given, *extra), self)
+        if extra:
+            require_independent(program)
+        return program
 
     @cached_property
     def _kept(self) -> dict[str, np.ndarray]:
@@ -267,12 +344,24 @@ class CurveDesign:
         spline = spline.elevated(max(0, self.basis.degree - spline.degree))
         return {UNKNOWN: represent(self.basis, spline, self.basis.greville).control_points.reshape(self.basis.n, -1)}
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def with_keyframes(self, program: Program[Spline], keyframes: Keyframes) -> Program[Spline]:
+        """The program for other keyframes at the same times."""
+        began = perf_counter()
+        first = self.conditions[0]
+        if first.name != KEYFRAMES or not isinstance(keyframes, Keyframes):
+            raise InputError("with_keyframes: the program was made of conditions, or these are no Keyframes")
+        if not np.array_equal(keyframes.times, first.times[:, 0]):
+            raise InputError("with_keyframes keeps the times; make a new program for other times")
+        moved = CurveCondition.at(keyframes.times, keyframes.translation, name=KEYFRAMES)
+        fresh = replace(self, conditions=(moved, *self.conditions[1:])).program()
+        return replace(fresh, structure=program.structure, build_seconds=perf_counter() - began)
+
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Multipliers by condition, (N, …) in the shape of the curve's values, (N,) for a norm.
 
         ∂f*/∂target_i = −λ_i; at a bound ∂f*/∂bound_i = −λ_i too, of a norm per unit of its square.
         """
-        shaped = {}
+        shaped = dict(multipliers)
         for c in self.conditions:
             whole = np.zeros((c.count, 1 if c.norm else self.channels))
             if c.name in multipliers:

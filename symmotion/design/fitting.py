@@ -1,6 +1,6 @@
 """Motion fitting: few controls that follow many samples (HJK 2.3, application 4), as programs."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
@@ -8,32 +8,43 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion import checks
+from symmotion.constraints import EndRates, ExactSamples, MotionConstraint, Periodic, Setting
 from symmotion.design.fit_space import fit_basis, require_determined, require_free
-from symmotion.design.jets import UNKNOWN, JetKernel, jet_symbols, nodes_for
+from symmotion.design.independence import require_independent
+from symmotion.design.question import as_constraints, as_keyframes, built
+from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
+from symmotion.jets.space import UNKNOWN, LinearSpace, affine_space, block_of
 from symmotion.motions import Affine, AffineMotion, Keyframes
-from symmotion.program import Constraint, Program
+from symmotion.program import Block, Program
 from symmotion.program.state import made_of
+from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline
 
 SAMPLES = "samples"
 EXACT = "exact samples"
 
 
+@renamed(samples="keys")
 def fit_program(
-    samples: Keyframes,
+    keys: Keyframes,
     *,
-    degree: int = 3,
-    controls: int | None = None,
-    knots=None,
     objective: Energy | None = None,
-    weights=None,
-    points=None,
+    constraints: Sequence[MotionConstraint] = (),
+    degree: int = 3,
+    knots: ArrayLike | None = None,
+    ends: str = "natural",
+    end_rates: Affine | None = None,
+    controls: int | None = None,
+    weights: ArrayLike | None = None,
+    points: ArrayLike | None = None,
     huber: float | None = None,
     exact: Sequence[int] = (),
-) -> Program:
+) -> Program[AffineMotion]:
     """The affine spline motion that follows many samples with few controls, as a program.
 
     Minimise Σ w_i s_i + objective, s_i = mean over the body points p of
@@ -43,32 +54,41 @@ def fit_program(
     squares of the residuals times √(2/(1 + √(1 + s_i/δ²))), so that both the exact Hessian and a
     Gauss–Newton matrix are at hand. The start is the spline of least squares.
 
-    controls: how many, their knots at equal numbers of samples; or `knots`, the inner knots.
-    objective: an energy or a weighted sum of energies that smooths; nothing when left out.
+    keys: the samples, `Keyframes`. controls: how many, their knots at equal numbers of samples; or `knots`, the
+    inner knots. objective: an energy or a weighted sum of energies that smooths; nothing when left out.
+    constraints: conditions on the jet (`Jet`), as in `affine_program`. ends: what holds at the ends: "natural"
+    (nothing), "clamped" with `end_rates` (linear (2, d, d), translation (2, d)), or "periodic", the closed motion.
     weights: (M,) not negative, ones when left out; zero leaves a sample out.
     points: (P, d) body points, the unit vectors and their opposites when left out.
     huber: δ, in the unit of length. exact: numbers of samples that are met exactly, by linear
-        conditions with multipliers under "exact samples".
+        conditions with multipliers under "exact samples"; short for the constraint `ExactSamples`.
 
     Raises InputError where the samples do not determine the controls (Schoenberg and Whitney
     1953) or the exact ones crowd, naming the samples, and for weights, δ and numbers out of range.
     """
     began = perf_counter()
-    if objective is not None and not isinstance(objective, Energy):
-        raise InputError(f"objective {objective!r} is no energy")
-    if isinstance(degree, bool) or int(degree) != degree or degree < 1:
-        raise InputError(f"degree {degree!r}: a whole number, 1 or more, is needed")
+    samples, asked = as_keyframes(keys), as_constraints(constraints)
+    energy = None if objective is None else as_objective(objective, objective)
+    degree = checks.whole(degree, 1, "degree")
     if huber is not None and not 0 < huber < np.inf:
         raise InputError(f"huber {huber!r}: a positive distance is needed")
-    weights, met = _weights(weights, len(samples)), _numbers(exact, len(samples))
-    if objective is None and len(met) == len(samples):
+    checks.choice(ends, ("natural", "clamped", "periodic"), "ends")
+    if (ends == "clamped") != (end_rates is not None):
+        raise InputError("clamped ends go with end_rates, and end_rates with clamped ends")
+    met = [ExactSamples(exact)] if len(exact) else []
+    every = [c.which(len(samples)) for c in (*met, *asked) if isinstance(c, ExactSamples)]
+    kept = np.unique(np.concatenate([np.empty(0, dtype=int), *every]))
+    weights = _weights(weights, len(samples))
+    if energy is None and len(kept) == len(samples):
         raise InputError("all samples are exact and there is no objective: nothing is left to minimise")
-    used = np.union1d(np.flatnonzero(weights), met)
-    basis = fit_basis(samples.times, used, int(degree), controls, knots)
+    used = np.union1d(np.flatnonzero(weights), kept)
+    basis = fit_basis(samples.times, used, degree, controls, knots)
     require_determined(basis, samples.times, used)
-    require_free(basis, samples.times, met)
+    require_free(basis, samples.times, kept)
     start = _least_squares(basis, samples, used, weights)
-    fit = FitDesign(samples, objective, start, weights, _points(points, samples.dimension), huber, met)
+    at_ends = {"clamped": [EndRates(end_rates)], "periodic": [Periodic()]}.get(ends, [])
+    conditions = (*met, *at_ends, *asked)
+    fit = FitDesign(samples, energy, start, weights, _points(points, samples.dimension), huber, kept, conditions)
     return replace(fit.program(), build_seconds=perf_counter() - began)
 
 
@@ -86,6 +106,7 @@ class FitDesign:
     points: np.ndarray
     huber: float | None
     exact: np.ndarray
+    constraints: tuple[MotionConstraint, ...] = ()
 
     __getstate__ = made_of
 
@@ -98,38 +119,46 @@ class FitDesign:
         """Numbers of the samples in the data term: those with a weight that are not exact."""
         return np.setdiff1d(np.flatnonzero(self.weights), self.exact)
 
-    def program(self) -> Program:
+    @cached_property
+    def space(self) -> LinearSpace:
+        d = self.samples.dimension
+        return affine_space(self.basis, d, d * d + d)
+
+    @property
+    def setting(self) -> Setting:
+        samples = self.samples
+        return Setting((self.space,), samples.times, samples.linear, samples.translation, held=False)
+
+    def program(self) -> Program[AffineMotion]:
         """The program of this question."""
         start = {UNKNOWN: self.start.control_points}
-        d, times, terms = self.samples.dimension, self.samples.times, []
-        if len(self.followed):
-            weights = self.weights[self.followed]
-            kernel = self._data_kernel()
-            terms.append(kernel.at(SAMPLES, self.basis, times[self.followed], self._data, weights=weights))
-        for k, (weight, energy) in enumerate(self.objective.parts if self.objective else ()):
-            if weight > 0:
-                taken = {t.name for t in terms}
-                name = energy.name if energy.name not in taken else f"{energy.name} ({k + 1})"
-                nodes = nodes_for(energy, self.motion(start))
-                terms.append(JetKernel.of(energy, d).integral(name, self.basis, nodes, weight))
-        constraints = ()
-        if len(self.exact):
-            values, targets = _symbols(d)
-            kernel = JetKernel.from_expression(values - targets, d, EXACT, targets, channels=d * d + d)
-            block = kernel.at(EXACT, self.basis, times[self.exact], self.samples.coordinates[self.exact])
-            constraints = (Constraint.equality(block),)
-        return Program(start, tuple(terms), constraints, self)
+        terms = [self._data_term()] if len(self.followed) else []
+        if self.objective:
+            terms += terms_of(self.objective, self.space, self.start.control_points)
+        program = Program(start, tuple(terms), tuple(built(self.constraints, self.setting, [])), self)
+        if any(not isinstance(c, ExactSamples) for c in self.constraints):
+            require_independent(program)
+        return program
 
-    def _data_kernel(self) -> JetKernel:
-        d = self.samples.dimension
-        values, targets = _symbols(d)
-        change = values - targets
+    def _data_term(self) -> Block:
+        d, jet = self.samples.dimension, self.space.jet()
+        targets, delta = ca.SX.sym("target", d * d + d), ca.SX.sym("delta")
+        change = ca.vertcat(ca.vec(jet.A.T), jet.v) - targets
         linear, translation = ca.reshape(change[: d * d], d, d).T, change[d * d :]
         out = ca.vec(ca.horzcat(linear, translation) @ ca.DM(_root(self.points)))
-        delta = ca.SX.sym("delta")
         if self.huber is not None:
             out = out * ca.sqrt(2 / (1 + ca.sqrt(1 + ca.sumsqr(out) / delta**2)))
-        return JetKernel.from_expression(out, d, SAMPLES, ca.vertcat(targets, delta), squares=True, channels=d * d + d)
+        return block_of(
+            SAMPLES,
+            out,
+            [self.space],
+            self.samples.times[self.followed, None],
+            data=ca.vertcat(targets, delta),
+            numbers=self._data,
+            squares=True,
+            weights=self.weights[self.followed],
+            width=d * d + d,
+        )
 
     @property
     def _data(self) -> np.ndarray:
@@ -166,10 +195,10 @@ class FitDesign:
         ∂f*/∂A*_i = −linear[k] and ∂f*/∂v*_i = −translation[k] for the k-th exact sample i.
         """
         d = self.samples.dimension
-        shaped = multipliers.get(EXACT, np.empty((0, d * d + d)))
+        shaped = np.asarray(multipliers.get(EXACT, np.empty((0, d * d + d))))
         return {**multipliers, EXACT: Affine(shaped[:, : d * d].reshape(-1, d, d), shaped[:, d * d :])}
 
-    def with_keyframes(self, program: Program, keyframes: Keyframes) -> Program:
+    def with_keyframes(self, program: Program[AffineMotion], keyframes: Keyframes) -> Program[AffineMotion]:
         """The program for other samples at the same times; structure and kernels are kept."""
         if keyframes.dimension != self.samples.dimension:
             raise InputError(f"samples in {keyframes.dimension}D for a program in {self.samples.dimension}D")
@@ -184,20 +213,13 @@ class FitDesign:
             data = np.column_stack([times[self.followed], design._data])
             terms = (terms[0].with_data(data), *terms[1:])
         changes = {"start": {UNKNOWN: start.control_points}, "terms": terms, "design": design}
-        if len(self.exact):
-            targets = np.column_stack([times[self.exact], keyframes.coordinates[self.exact]])
-            program = program.with_data(EXACT, targets)
+        if any(not isinstance(c, ExactSamples) for c in self.constraints):
+            return replace(design.program(), build_seconds=perf_counter() - began)
+        for c in program.constraints:
+            # These hold the samples alone, and are met by others as well.
+            which = np.searchsorted(times, c.block.data[:, 0])
+            program = program.with_data(c.name, np.column_stack([times[which], keyframes.coordinates[which]]))
         return replace(program, **changes, build_seconds=perf_counter() - began)
-
-    def stages(self, by: str) -> Iterator[Program]:
-        """Fits have none: they start from the spline of least squares."""
-        raise InputError(f"a fit has no stages by {by!r}: solve it at once")
-
-
-def _symbols(d: int) -> tuple[ca.SX, ca.SX]:
-    """The d² + d coordinates of a position, of the motion and of a sample."""
-    jet, _ = jet_symbols(d)
-    return ca.vertcat(ca.vec(jet.A.T), jet.v), ca.SX.sym("target", d * d + d)
 
 
 def _least_squares(basis: BSplineBasis, samples: Keyframes, used: np.ndarray, weights: np.ndarray) -> Spline:
@@ -215,7 +237,7 @@ def _root(points: np.ndarray) -> np.ndarray:
     return np.transpose(np.linalg.qr(homogeneous, mode="r"))
 
 
-def _points(points, d: int) -> np.ndarray:
+def _points(points: ArrayLike | None, d: int) -> np.ndarray:
     points = np.concatenate([np.eye(d), -np.eye(d)]) if points is None else np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != d or not np.isfinite(points).all():
         raise InputError(f"body points of shape {points.shape}: finite, shape (P, {d}), is needed")
@@ -224,7 +246,7 @@ def _points(points, d: int) -> np.ndarray:
     return points
 
 
-def _weights(weights, m: int) -> np.ndarray:
+def _weights(weights: ArrayLike | None, m: int) -> np.ndarray:
     weights = np.ones(m) if weights is None else np.array(weights, dtype=float)
     if weights.shape != (m,):
         raise InputError(f"weights of shape {weights.shape} for {m} samples: ({m},) is needed")
@@ -233,13 +255,3 @@ def _weights(weights, m: int) -> np.ndarray:
         i = int(np.argmax(bad))
         raise InputError(f"the weight of sample {i} is {weights[i]:g}: weights must be finite and not negative")
     return weights
-
-
-def _numbers(exact: Sequence[int], m: int) -> np.ndarray:
-    numbers = np.asarray(exact)
-    if numbers.size and (numbers.ndim != 1 or not np.issubdtype(numbers.dtype, np.integer)):
-        raise InputError(f"exact {exact!r}: the numbers of samples are needed")
-    outside = (numbers < -m) | (numbers >= m)
-    if outside.any():
-        raise InputError(f"exact sample {numbers[outside][0]} does not exist: there are {m}")
-    return np.unique(numbers.astype(int) % m)

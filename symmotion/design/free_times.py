@@ -1,7 +1,7 @@
 """Keyframe times as unknowns: the best motion through keyframes over their inner times too, as programs."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 from typing import Any
@@ -10,37 +10,52 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from symmotion.design.affine import refined_times, represent
-from symmotion.design.jets import UNKNOWN, JetKernel, jet_symbols, nodes_for
-from symmotion.energies import Energy, Rigidity
+from symmotion import checks
+from symmotion.constraints import EndRates, MotionConstraint, Setting
+from symmotion.design.affine import RIGIDITY, refined_times, represent
+from symmotion.design.independence import require_independent
+from symmotion.design.question import as_constraints, as_keyframes, built
+from symmotion.design.terms import as_objective, expression_of, kernel_of, nodes_for, parts_of
+from symmotion.energies import Energy
 from symmotion.errors import InputError
+from symmotion.jets import HIGHEST_ORDER, Jet
+from symmotion.jets.affine import affine_jet
+from symmotion.jets.space import UNKNOWN, Reading, affine_space
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.program import Block, Constraint, Program
 from symmotion.program.state import made_of
+from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
 from symmotion.splines.symbolic import local_basis
 
-RIGIDITY = Rigidity()
 LEAST_SHARE = 0.02
 
 
+@renamed(keyframes="keys")
 def free_times_program(
-    keyframes: Keyframes,
+    keys: Keyframes,
     *,
+    objective: Energy | None = None,
+    constraints: Sequence[MotionConstraint] = (),
     degree: int = 3,
     refine: int = 1,
-    objective: Energy = RIGIDITY,
+    knots: None = None,
+    ends: str = "natural",
+    end_rates: Affine | None = None,
     least_step: float | None = None,
-) -> Program:
+) -> Program[AffineMotion]:
     """The best affine spline motion through keyframes whose inner times are unknowns too, as a program.
 
     Minimise `objective` over the controls and over t_2 < … < t_{M−1}, subject to A(t_i) = A*_i,
-    v(t_i) = v*_i and t_{i+1} − t_i ≥ `least_step`. The first and the last time stay: R falls as
+    v(t_i) = v*_i, t_{i+1} − t_i ≥ `least_step` and the constraints. The first and the last time stay: R falls as
     1/T and R*, E as 1/T³ with the total time T, so that without it there is no minimum. The knots
     move with the times: simple ones at the keyframes, `refine` more at equal steps in every segment.
 
-    keyframes: M ≥ 3, their times are the start. least_step: in the unit of time, a fiftieth of
+    keys: `Keyframes`, M ≥ 3, their times are the start. objective: Rigidity() when left out. constraints: conditions
+    on the jet (`Jet`); a time in one is a place between keyframes, told by the times of the start, and moves with them.
+    ends: what holds at the ends: "natural" (nothing) or "clamped" with `end_rates`. knots: none can be given, for they
+    move. least_step: in the unit of time, a fiftieth of
     the mean step when left out. The order is an inequality and the keyframes are nonlinear
     conditions: Ipopt() takes the program. Its unknown "controls" (n, C + 1) holds each control and, in
     the last coordinate, the width of the knot interval [τ_{j+p}, τ_{j+p+1}] in units of the mean.
@@ -50,11 +65,14 @@ def free_times_program(
     `design.times(x)` and `design.keyframes_at(x)` read the times.
     """
     began = perf_counter()
-    if not isinstance(objective, Energy):
-        raise InputError(f"objective {objective!r} is no energy")
-    for name, value, lowest in (("degree", degree, 1), ("refine", refine, 0)):
-        if isinstance(value, bool) or int(value) != value or value < lowest:
-            raise InputError(f"{name} {value!r}: a whole number, {lowest} or more, is needed")
+    keyframes, asked = as_keyframes(keys), as_constraints(constraints)
+    energy = as_objective(objective, RIGIDITY)
+    degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine")
+    if knots is not None:
+        raise InputError("knots: they move with the keyframes' times; refine says how many there are")
+    checks.choice(ends, ("natural", "clamped"), "ends")
+    if (ends == "clamped") != (end_rates is not None):
+        raise InputError("clamped ends go with end_rates, and end_rates with clamped ends")
     m, times = len(keyframes), keyframes.times
     if m < 3:
         raise InputError(f"{m} keyframes have no inner time: at least 3 are needed")
@@ -69,8 +87,103 @@ def free_times_program(
             f"keyframes {i} and {i + 1} start {times[i + 1] - times[i]:g} apart, which is not more than least_step "
             f"{least:g}: lower it or start from other times"
         )
-    design = FreeTimesDesign(keyframes, objective, int(degree), int(refine), least)
+    held = () if end_rates is None else (EndRates(end_rates),)
+    design = FreeTimesDesign(keyframes, energy, degree, refine, least, (*held, *asked))
     return replace(design.program(), build_seconds=perf_counter() - began)
+
+
+@dataclass(frozen=True, eq=False)
+class MovingSpace:
+    """The space of an affine spline whose knots are unknowns: jets by shares of the spans. A `JetSpace`.
+
+    spans: their number; ends: (spans + 1,) where the knots of the start lie, by which times are told; channels: of the
+    motion, one less than of the unknowns; dimension: of the body.
+    """
+
+    degree: int
+    channels: int
+    dimension: int
+    ends: np.ndarray
+    unit: float
+    variable: str = UNKNOWN
+    _slots: dict[int, tuple[ca.SX, ca.SX, ca.SX, Jet]] = field(default_factory=dict, repr=False)
+
+    def __getstate__(self) -> dict[str, object]:
+        return {**self.__dict__, "_slots": {}}  # symbols do not pickle, and are made again
+
+    @property
+    def n(self) -> int:
+        return len(self.ends) - 1 + self.degree
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return float(self.ends[0]), float(self.ends[-1])
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        return self.ends
+
+    def _slot(self, slot: int) -> tuple[ca.SX, ca.SX, ca.SX, Jet]:
+        if slot not in self._slots:
+            z, share, unit = _local(self.degree, self.channels), ca.SX.sym("share"), ca.SX.sym("unit")
+            self._slots[slot] = z, share, unit, self.jet_at(z, share, unit)
+        return self._slots[slot]
+
+    def jet_at(self, z: ca.SX, share: ca.SX, unit: ca.SX) -> Jet:
+        """The jet at a share of the span whose controls and widths are z."""
+        d, c = self.dimension, self.channels
+        values = [_jet(z, self.degree, order, share) / unit**order for order in range(HIGHEST_ORDER + 1)]
+        linear = tuple(ca.reshape(v[: d * d], d, d).T for v in values)
+        still = ca.SX.zeros(d)
+        return Jet(linear, tuple(v[d * d :] if c > d * d else still for v in values), ca.SX.sym("t"))
+
+    def jet(self, slot: int = 0) -> Jet:
+        return self._slot(slot)[3]
+
+    def symbols(self, slot: int = 0) -> Jet:
+        d = self.dimension
+        return affine_jet(ca.SX.sym("jet", (HIGHEST_ORDER + 1) * (d * d + d) + 1), d)
+
+    def needed(self, slot: int, out: ca.SX) -> int:
+        z, _, _, jet = self._slot(slot)
+        if ca.depends_on(out, jet.t):
+            raise InputError("an expression depends on the time itself: its times cannot be unknowns")
+        return self.channels + 1 if ca.depends_on(out, ca.vec(z)) else 0
+
+    def read(self, slot: int, out: ca.SX, times: np.ndarray, sides: np.ndarray | None, width: int) -> Reading:
+        z, share, unit, _ = self._slot(slot)
+        span = np.clip(np.searchsorted(self.ends, times, side="right") - 1, 0, len(self.ends) - 2)
+        shares = (times - self.ends[span]) / np.diff(self.ends)[span]
+        data = np.column_stack([shares, np.full(len(times), self.unit)])
+        return Reading(ca.vec(z.T), self.selection(span), ca.vertcat(share, unit), data)
+
+    def selection(self, span: np.ndarray) -> sparse.csr_array:
+        """(N · 2p, n) picks what is read in each of the spans (N,): rows m − p + 1 … m + p, none before the first.
+
+        Those before row m bring the knots to the left, the p + 1 others the controls and the rest of the knots.
+        """
+        rows = (span[:, None] + np.arange(1 - self.degree, self.degree + 1)).ravel()
+        there = rows >= 0
+        place = (np.flatnonzero(there), rows[there])
+        return sparse.csr_array((np.ones(there.sum()), place), shape=(rows.size, self.n))
+
+    def integral(
+        self, name: str, expression: Callable[[Jet], ca.SX], squares: bool, nodes: int, weight: float
+    ) -> Block:
+        """weight ∫ φ dt over the spans: at the share ξ of a span of width w unit φ(jet) · w unit, Gauss nodes in ξ."""
+        z, share, unit = _local(self.degree, self.channels), ca.SX.sym("share"), ca.SX.sym("unit")
+        jet = self.jet_at(z, share, unit)
+        out, spans = expression(jet), len(self.ends) - 1
+        if ca.depends_on(out, jet.t):
+            raise InputError(f"{name} depends on the time itself: its times cannot be unknowns")
+        width = _widths(z, self.degree)[self.degree - 1] * unit
+        out = out * (ca.sqrt(width) if squares else width)
+        kernel = Kernel(ca.vec(z.T), ca.vertcat(share, unit), out, self.channels + 1, squares=squares)
+        points, weights = np.polynomial.legendre.leggauss(nodes)
+        data = np.column_stack([np.tile(0.5 + 0.5 * points, spans), np.full(nodes * spans, self.unit)])
+        weights = np.tile(0.5 * weight * weights, spans)
+        operator = self.selection(np.repeat(np.arange(spans), nodes))
+        return Block(name, kernel, UNKNOWN, slice(0, self.channels + 1), operator, nodes, weights, data)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,17 +195,26 @@ class FreeTimesDesign:
     degree: int
     refine: int
     least_step: float
+    constraints: tuple[MotionConstraint, ...] = ()
 
     __getstate__ = made_of
 
     @cached_property
-    def _energies(self) -> list[tuple[float, Energy]]:
-        return [(w, e) for w, e in self.objective.parts if w > 0]
-
-    @cached_property
     def channels(self) -> int:
         """Coordinates per control, beside the knot width: d², or d² + d where the objective sees the translation."""
-        return max(JetKernel.of(e, self.keyframes.dimension).kernel.channels for _, e in self._energies)
+        d = self.keyframes.dimension
+        whole = affine_space(BSplineBasis.clamped(self.keyframes.times, self.degree), d, d * d + d)
+        return max(kernel_of(e, w, whole).channels for _, w, e in parts_of(self.objective))
+
+    @cached_property
+    def space(self) -> MovingSpace:
+        ends = refined_times(self.keyframes.times, self.refine)
+        return MovingSpace(self.degree, self.channels, self.keyframes.dimension, ends, self.unit)
+
+    @property
+    def setting(self) -> Setting:
+        keys, d = self.keyframes, self.keyframes.dimension
+        return Setting((self.space,), keys.times, keys.linear, keys.translation, moves=self.channels > d * d)
 
     @property
     def spans(self) -> int:
@@ -108,61 +230,59 @@ class FreeTimesDesign:
         """The mean width of a span, the unit of the unknown widths."""
         return float(self.keyframes.times[-1] - self.keyframes.times[0]) / self.spans
 
-    def program(self) -> Program:
+    def program(self) -> Program[AffineMotion]:
         """The program of this question."""
         motion = self._interpolant(self.keyframes)
-        start = self.unknowns(motion)
-        terms, taken = [], set()
-        for k, (weight, energy) in enumerate(self._energies):
-            name = energy.name if energy.name not in taken else f"{energy.name} ({k + 1})"
-            taken.add(name)
-            terms.append(self._integral(name, energy, nodes_for(energy, motion), weight))
-        return Program(start, tuple(terms), (self._interpolation(), *self._steps()), self)
+        d = self.keyframes.dimension
+        still = affine_space(motion.basis, d, d * d + d)
+        terms = []
+        for name, weight, energy in parts_of(self.objective):
+            nodes = nodes_for(energy, weight, still, motion.spline.control_points)
+            squares = weight > 0 and energy.residuals(self.space.symbols()) is not None
 
-    def _integral(self, name: str, energy: Energy, nodes: int, weight: float) -> Block:
-        """An energy over the spans. At the share ξ of a span of width w unit: φ(jet) · w unit, by Gauss nodes in ξ."""
-        p, c = self.degree, self.channels
-        z, share, unit = _local(p, c), ca.SX.sym("share"), ca.SX.sym("unit")
-        jet, names = jet_symbols(self.keyframes.dimension)
-        residuals = energy.residuals(jet)
-        out = ca.SX(energy.integrand(jet)) if residuals is None else residuals
-        if ca.depends_on(out, jet.t):
-            raise InputError(f"{energy.name} depends on the time itself: its times cannot be unknowns")
-        used = [s for s in ca.symvar(out) if s.name() in names]
-        values = {o: _jet(z, p, o, share) / unit**o for o in {names[s.name()][0] for s in used}}
-        width = _widths(z, p)[p - 1] * unit
-        entries = [values[names[s.name()][0]][names[s.name()][1]] for s in used]
-        out = ca.substitute(out, ca.vertcat(*used), ca.vertcat(*entries))
-        out = out * (width if residuals is None else ca.sqrt(width))
-        kernel = Kernel(ca.vec(z.T), ca.vertcat(share, unit), out, c + 1, squares=residuals is not None)
-        points, weights = np.polynomial.legendre.leggauss(nodes)
-        data = np.column_stack([np.tile(0.5 + 0.5 * points, self.spans), np.full(nodes * self.spans, self.unit)])
-        operator = self._selection(np.repeat(np.arange(self.spans), nodes))
-        weights = np.tile(0.5 * weight * weights, self.spans)
-        return Block(name, kernel, UNKNOWN, slice(0, c + 1), operator, nodes, weights, data)
+            def expression(jet: Jet, e: Energy = energy, w: float = weight) -> ca.SX:
+                return expression_of(e, w, jet)[0]
 
-    def _interpolation(self) -> Constraint:
+            terms.append(self.space.integral(name, expression, squares, nodes, weight))
+        given = [*self._interpolation(), *self._steps()]
+        extra = built(self.constraints, self.setting, given)
+        program = Program(self.unknowns(motion), tuple(terms), (*given, *extra), self)
+        if extra:
+            require_independent(program)
+        return program
+
+    def _freed(self) -> tuple[set[int], set[int]]:
+        """The keyframes whose linear part, and whose translation, are not interpolated."""
+        freed = [c.frees(self.setting) for c in self.constraints]
+        linear, translation = (set[int]().union(*(f[k] for f in freed)) for k in (0, 1))
+        return linear, translation if self.channels > self.keyframes.dimension**2 else linear
+
+    @cached_property
+    def _given(self) -> list[tuple[str, np.ndarray, slice]]:
+        """The interpolation conditions: name, keyframes and coordinates of each group that is not empty."""
+        linear, translation = self._freed()
+        every, size, c = set(range(len(self.keyframes))), self.keyframes.dimension**2, self.channels
+        groups = [
+            ("keyframes", every - linear - translation, slice(0, c)),
+            ("keyframes, linear part", translation - linear, slice(0, size)),
+            ("keyframes, translation", linear - translation, slice(size, c)),
+        ]
+        return [(name, np.array(sorted(which)), part) for name, which, part in groups if which]
+
+    def _interpolation(self) -> list[Constraint]:
         """A keyframe is the begin of its span, the last one the end of the last span."""
         p, c, m = self.degree, self.channels, len(self.keyframes)
-        z, share, target = _local(p, c), ca.SX.sym("share"), ca.SX.sym("target", c)
-        out = _jet(z, p, 0, share) - target
-        kernel = Kernel(ca.vec(z.T), ca.vertcat(share, target), out, c + 1)
-        span = np.minimum(np.arange(m) * (self.refine + 1), self.spans - 1)
-        data = np.column_stack([np.arange(m) == m - 1, self.keyframes.coordinates[:, :c]])
-        block = Block(
-            "keyframes", kernel, UNKNOWN, slice(0, c + 1), self._selection(span), 1, np.ones(m), data.astype(float)
-        )
-        return Constraint.equality(block)
-
-    def _selection(self, span: np.ndarray) -> sparse.csr_array:
-        """(N · 2p, n) picks what is read in each of the spans (N,): rows m − p + 1 … m + p, none before the first.
-
-        Those before row m bring the knots to the left, the p + 1 others the controls and the rest of the knots.
-        """
-        rows = (span[:, None] + np.arange(1 - self.degree, self.degree + 1)).ravel()
-        there = rows >= 0
-        place = (np.flatnonzero(there), rows[there])
-        return sparse.csr_array((np.ones(there.sum()), place), shape=(rows.size, self.n))
+        found = []
+        for name, which, part in self._given:
+            z, share, target = _local(p, c), ca.SX.sym("share"), ca.SX.sym("target", part.stop - part.start)
+            out = _jet(z, p, 0, share)[part] - target
+            kernel = Kernel(ca.vec(z.T), ca.vertcat(share, target), out, c + 1)
+            span = np.minimum(which * (self.refine + 1), self.spans - 1)
+            data = np.column_stack([which == m - 1, self.keyframes.coordinates[which, part]]).astype(float)
+            operator, every = self.space.selection(span), slice(0, c + 1)
+            block = Block(name, kernel, UNKNOWN, every, operator, 1, np.ones(len(which)), data)
+            found.append(Constraint.equality(block))
+        return found
 
     def _steps(self) -> list[Constraint]:
         """The linear conditions on the widths: equal in a segment, none beyond the end, the total, the order."""
@@ -230,25 +350,24 @@ class FreeTimesDesign:
         """Multipliers by constraint: the keyframes' in their shape, those of times per unit of time."""
         m, d = len(self.keyframes), self.keyframes.dimension
         shaped = np.zeros((m, d * d + d))
-        shaped[:, : self.channels] = multipliers["keyframes"]
+        for name, which, part in self._given:
+            shaped[which, part] = multipliers[name]
+        groups = {name for name, _, _ in self._given}
         return {
+            **{name: v for name, v in multipliers.items() if name not in groups},
             "keyframes": Affine(shaped[:, : d * d].reshape(m, d, d), shaped[:, d * d :]),
             "total time": float(multipliers["total time"][0, 0]) / self.unit,
             "order": multipliers["order"][:, 0] / self.unit,
             "knots": multipliers["knots"][:, 0] / self.unit,
         }
 
-    def with_keyframes(self, program: Program, keyframes: Keyframes) -> Program:
+    def with_keyframes(self, program: Program[AffineMotion], keyframes: Keyframes) -> Program[AffineMotion]:
         """The program for other keyframes over the same time, started from theirs; compiled kernels are kept."""
         if keyframes.dimension != self.keyframes.dimension or len(keyframes) != len(self.keyframes):
             raise InputError(f"{keyframes!r} for a program of {self.keyframes!r}")
         if not np.array_equal(keyframes.times[[0, -1]], self.keyframes.times[[0, -1]]):
             raise InputError("with_keyframes keeps the first and the last time; make a new program for others")
         return replace(self, keyframes=keyframes).program()
-
-    def stages(self, by: str) -> Iterator[Program]:
-        """Programs with free times have none: only interior-point solvers take them."""
-        raise InputError(f"a program with free times has no stages by {by!r}")
 
 
 def _local(p: int, channels: int) -> ca.SX:

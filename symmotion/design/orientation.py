@@ -1,229 +1,176 @@
-"""Orientation motions of least torque through keyframes, as programs on control quaternions."""
+"""Orientation motions through keyframes, least torque first of all, as programs on control quaternions."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
-import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion import checks
+from symmotion.constraints import EndRates, MotionConstraint, Setting
 from symmotion.design.affine import refined_times
-from symmotion.design.control_nodes import UNKNOWN, ControlSpace, Node
+from symmotion.design.control_nodes import ControlSpace
 from symmotion.design.control_start import carried, motion_of
+from symmotion.design.independence import require_independent
+from symmotion.design.question import as_constraints, built
+from symmotion.design.terms import as_objective, expression_of, parts_of
+from symmotion.energies import Energy, JetEnergy, Torque
 from symmotion.errors import InputError
 from symmotion.jets import rotation
-from symmotion.motions.quaternions.algebra import Signs, conjugate
-from symmotion.motions.quaternions.curve import QuaternionMotion
+from symmotion.jets.space import UNKNOWN, block_of
+from symmotion.motions.quaternions import OrientationKeys, QuaternionMotion
+from symmotion.motions.quaternions.algebra import Signs, conjugate, to_rotation
 from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
-from symmotion.motions.quaternions.keys import OrientationKeys
 from symmotion.program import Block, Constraint, Program
-from symmotion.splines import BSplineBasis, gauss
+from symmotion.renamed import renamed
+from symmotion.splines import BSplineBasis
+
+TORQUE = Torque()
+RIGID_NODES = 6  # Gauss nodes per span of terms that do not say how many they need
+
+RENAMED = {
+    "inertia": "objective=Torque(inertia)",
+    "torque_weight": "objective=weight * Torque(inertia) + …",
+    "knots_per_interval": "refine, the knots inserted in every interval, one less",
+    "end_accelerations": "constraints=[EndAccelerations(…)]",
+    "limits": "constraints=[RateBound(…), AccelerationBound(…), TorqueBound(…)]",
+    "tolerances": "constraints=[Tolerance(turn=…)]",
+    "nodes": "objective=Torque(inertia, gauss_nodes=…)",
+}
 
 
-@dataclass(frozen=True)
-class Limits:
-    """Upper bounds on the norms of angular rate [rad/s], acceleration [rad/s²] and torque; None: no bound.
-
-    per_span: parameters, equally spaced, at which each span of the curve is held to them.
-    """
-
-    rate: float | None = None
-    acceleration: float | None = None
-    torque: float | None = None
-    per_span: int = 5
-
-    def __post_init__(self):
-        for name in ("rate", "acceleration", "torque"):
-            value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise InputError(f"bound {value!r} on the {name}: a positive finite number is needed")
-        if int(self.per_span) != self.per_span or self.per_span < 1:
-            raise InputError(f"per_span {self.per_span!r}: a whole number of parameters, 1 or more, is needed")
-
-
-NO_LIMITS = Limits()
-
-
+@renamed(**RENAMED)
 def orientation_program(
-    keys,
-    quaternions=None,
+    keys: Any,
+    quaternions: Any = None,
     *,
-    inertia=None,
-    knots_per_interval: int = 2,
+    objective: Energy | None = None,
+    constraints: Sequence[MotionConstraint] = (),
     degree: int = 3,
+    refine: int = 1,
+    knots: ArrayLike | None = None,
     ends: str = "natural",
-    end_rates=None,
-    end_accelerations=None,
-    turns=None,
+    end_rates: ArrayLike | None = None,
+    turns: ArrayLike | None = None,
     signs: Signs = "align",
-    limits: Limits = NO_LIMITS,
-    tolerances=None,
-    nodes: int = 6,
-) -> Program:
-    """The orientation motion of least torque through keyframes: KKS 6.1 leave it open.
+) -> Program[QuaternionMotion]:
+    """The orientation motion of least torque, or otherwise best, through keyframes: KKS 6.1 leave it open.
 
-    Minimise ∫ ‖τ‖² dt, τ = J Ω̇ + Ω × JΩ, over the control quaternions of a B-spline quaternion
-    curve, subject to |q_j|² = 1 and 2 log(q_i⁻¹ q(t_i)) = 0. The multipliers of "keyframes"
-    (M, 3) tell what turning one costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
+    Minimise `objective` over the control quaternions of a B-spline quaternion curve, subject to |q_j|² = 1,
+    2 log(q_i⁻¹ q(t_i)) = 0 and the constraints. The multipliers of "keyframes" (M, 3) tell what turning one
+    costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
 
     keys: rigid `Keyframes` in space, whose rotations are taken; or times (M,) increasing, beside
         quaternions: (M, 4) scalar first, or a SciPy `Rotation`.
-    inertia: J, (3, 3) symmetric positive definite or (3,) principal moments; the identity when
-        left out, which makes it the energy ∫ ‖Ω̇‖² dt of the angular acceleration.
-    knots_per_interval: k ≥ 1, so that each keyframe interval has k spans.
-    ends: "natural" (free: no torque there at the optimum), "clamped" with `end_rates` (2, 3), body
-        rates in rad/s, and `end_accelerations` (2, 3) in rad/s² if wanted; or "periodic".
+    objective: an energy or weighted sum of energies of the jet (`RigidJet`), Torque() when left out.
+    constraints: conditions on the jet, each with multipliers under its name.
+    degree: at least 2. refine: knots inserted in every keyframe interval, equally spaced, beside the simple knots
+        at the keyframe times; or `knots`, the inner knots in increasing order, instead.
+    ends: "natural" (nothing: no torque there at the optimum), "clamped" with `end_rates` (2, 3), body
+        rates in rad per unit of time, which are kept, or "periodic", the closed motion.
     turns, signs: extra turns and the reading of signs, as in `interpolate_quaternions`.
-    limits: bounds along the motion; tolerances: one number or (M,), the angle in rad by which a
-        keyframe may be missed, 0 for not at all. Both are inequalities, for Ipopt().
-    nodes: Gauss nodes per span; the integrand is no polynomial, except about a single axis.
 
     Raises InputError for what cannot be; starts from the interpolating curve, so SolveError where there is none.
     """
     began = perf_counter()
+    asked = as_constraints(constraints)
+    energy = as_objective(objective, TORQUE)
     given = OrientationKeys.of(keys, quaternions, turns, signs)
-    design = OrientationDesign.of(
-        given, inertia, knots_per_interval, degree, ends, end_rates, end_accelerations, limits, tolerances, nodes
-    )
+    design = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates)
     return replace(design.program(), build_seconds=perf_counter() - began)
 
 
 @dataclass(frozen=True, eq=False)
 class OrientationDesign:
-    """The question of an orientation program: keyframes, body, ends, bounds, and the curve to start from."""
+    """The question of an orientation program: keyframes, objective, constraints, ends, and the curve to start from."""
 
     keys: OrientationKeys
-    inertia: np.ndarray
-    knots_per_interval: int
-    degree: int
+    objective: Energy
+    constraints: tuple[MotionConstraint, ...]
     ends: str
     end_rates: np.ndarray | None
-    end_accelerations: np.ndarray | None
-    limits: Limits
-    tolerances: np.ndarray
-    nodes: int
     start: QuaternionMotion
     space: ControlSpace
 
     @staticmethod
     def of(
         keys: OrientationKeys,
-        inertia: Any,
-        knots_per_interval: int,
+        objective: Energy,
+        constraints: Sequence[MotionConstraint],
         degree: int,
+        refine: int,
+        knots: ArrayLike | None,
         ends: str,
-        end_rates: Any,
-        end_accelerations: Any,
-        limits: Limits,
-        tolerances: Any,
-        nodes: int,
+        end_rates: ArrayLike | None,
         channels: int = 4,
     ) -> "OrientationDesign":
         """The checked question, with its start: the interpolating curve carried into the space."""
-        require_whole(knots_per_interval, 1, "knots per interval")
-        require_whole(degree, 2, "degree")
-        require_whole(nodes, 1, "Gauss nodes")
-        if ends not in ENDS:
-            raise InputError(f"end condition {ends!r} is unknown; there are {', '.join(ENDS)}")
-        if end_accelerations is not None:
-            if ends != "clamped":
-                raise InputError("end_accelerations go with clamped ends")
-            end_accelerations = np.array(end_accelerations, dtype=float)
-            if end_accelerations.shape != (2, 3) or not np.isfinite(end_accelerations).all():
-                raise InputError(f"end_accelerations of shape {end_accelerations.shape}: finite, (2, 3), are needed")
+        checks.choice(ends, ENDS, "end condition")
         if ends == "periodic" and len(keys) < 4:
             raise InputError(f"{len(keys)} keyframes are too few for periodic ends: at least 4 are needed")
-        tolerance = np.zeros(len(keys)) if tolerances is None else np.broadcast_to(tolerances, len(keys)).astype(float)
-        if not (np.isfinite(tolerance) & (tolerance >= 0)).all():
-            i = int(np.argmin(np.isfinite(tolerance) & (tolerance >= 0)))
-            raise InputError(f"the tolerance of keyframe {i} is {tolerance[i]:g}: 0 rad or more is needed")
-        moments = as_inertia(inertia)
+        basis = control_basis(keys.times, degree, refine, knots, ends)
         interpolant = interpolate_keys(keys, ends, end_rates)
-        rates = None if end_rates is None else np.array(end_rates, dtype=float)
-        breakpoints = refined_times(keys.times, knots_per_interval - 1)
-        make = BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped
-        basis = make(breakpoints, degree)
+        rates = None if end_rates is None else checks.array(end_rates, (2, 3), "end_rates")
+        held = [] if rates is None else [EndRates(rates)]
         start, space = carried(interpolant, basis, channels)
-        require_room(basis, keys, ends, rates, end_accelerations)
-        return OrientationDesign(
-            keys,
-            moments,
-            knots_per_interval,
-            degree,
-            ends,
-            rates,
-            end_accelerations,
-            limits,
-            tolerance,
-            nodes,
-            start,
-            space,
-        )
-
-    def program(self) -> Program:
-        """The program of this question."""
-        controls = {UNKNOWN: self.start.control_points.copy()}
-        return Program(controls, (self.torque_term(),), self.constraints(), self)
-
-    def torque_term(self, weight: float = 1.0) -> Block:
-        """∫ ‖τ‖² dt as a block of the program."""
-        points, weights = self.space.gauss(self.nodes)
-        moments = ca.DM(self.inertia)
-        plain = np.array_equal(self.inertia, np.eye(3))
-
-        def residuals(node: Node) -> ca.SX:
-            return node.extra[0] * (node.jet.acceleration if plain else node.jet.torque(moments))
-
-        roots = np.sqrt(weight * weights)[..., None]
-        return self.space.block("acceleration" if plain else "torque", points, residuals, roots, squares=True)
+        design = OrientationDesign(keys, objective, (*held, *constraints), ends, rates, start, space)
+        design.require_room()
+        return design
 
     @property
-    def held(self) -> slice:
-        """Which keyframes are conditions of their own: all, but the last of a closed motion, which is the first."""
-        return slice(0, len(self.keys) - 1) if self.ends == "periodic" else slice(None)
+    def setting(self) -> Setting:
+        keys = self.keys
+        linear = to_rotation(keys.quaternions).as_matrix()
+        moves = self.space.channels > 4
+        return Setting((self.space,), keys.times, linear, None, keys.quaternions, moves=moves)
 
-    def constraints(self) -> tuple[Constraint, ...]:
-        """Unit norms, keyframes, end conditions and bounds."""
-        times, tolerance = self.keys.times[self.held], self.tolerances[self.held]
-        inverse = conjugate(self.keys.quaternions[self.held])
-        exact = tolerance == 0
-        found = [self.space.norms()]
+    def program(self) -> Program[QuaternionMotion]:
+        """The program of this question."""
+        controls = {UNKNOWN: self.start.control_points.copy()}
+        given = self.given()
+        extra = built(self.constraints, self.setting, given)
+        program = Program(controls, self.terms(), (*given, *extra), self)
+        if extra:
+            require_independent(program)
+        return program
 
-        def missed(node: Node) -> ca.SX:
-            return 2 * rotation.log(rotation.product(node.extra[:4], node.quaternion))
+    def terms(self) -> tuple[Block, ...]:
+        """The objective's terms."""
+        return tuple(rigid_term(self.space, name, weight, energy) for name, weight, energy in parts_of(self.objective))
 
-        if exact.any():
-            found.append(self.space.at("keyframes", times[exact], missed, inverse[exact]))
-        if not exact.all():
-            # Relative to the tolerance: the condition is of the order of one.
-            extra = np.column_stack([inverse[~exact], 1 / tolerance[~exact]])
-            block = self.space.block_at(
-                "keyframe tolerances", times[~exact], lambda n: ca.sumsqr(n.extra[4] * missed(n)), extra
+    @property
+    def held(self) -> np.ndarray:
+        """The keyframes whose turn is a condition: not those with a tolerance, nor the last of a closed motion."""
+        return self._not_freed(0)
+
+    def _not_freed(self, part: int) -> np.ndarray:
+        setting = self.setting
+        freed = set().union(*(c.frees(setting)[part] for c in self.constraints))
+        return np.array(sorted(set(range(len(self.keys) - (self.ends == "periodic"))) - freed), dtype=int)
+
+    def given(self) -> list[Constraint]:
+        """Unit norms, and the keyframes' turns where they are kept."""
+        which = self.held
+        if not which.size:
+            return [self.space.norms()]
+        inverse = conjugate(self.keys.quaternions[which])
+        jet, other = self.space.jet(), rotation.symbols()
+        missed = 2 * rotation.log(rotation.product(other, jet.quaternion))
+        times = self.keys.times[which, None]
+        block = block_of("keyframes", missed, [self.space], times, data=other, numbers=inverse)
+        return [self.space.norms(), Constraint.equality(block)]
+
+    def require_room(self) -> None:
+        """InputError where there are more conditions than controls."""
+        ends = sum(2 for c in self.constraints if type(c).__name__.startswith("End"))
+        conditions = len(self.keys) - (self.ends == "periodic") + ends
+        if conditions > self.space.n:
+            raise InputError(
+                f"{conditions} conditions for {self.space.n} control quaternions: more knots per interval or a higher "
+                "degree is needed"
             )
-            found.append(_at_most_one(block))
-        ends = self.keys.times[[0, -1]]
-        if self.end_rates is not None:
-            found.append(self.space.at("end rates", ends, lambda n: n.jet.rate - n.extra, self.end_rates))
-        if self.end_accelerations is not None:
-            wanted = self.end_accelerations
-            found.append(self.space.at("end accelerations", ends, lambda n: n.jet.acceleration - n.extra, wanted))
-        return (*found, *self._bounds())
-
-    def _bounds(self) -> Iterable[Constraint]:
-        moments, limits = ca.DM(self.inertia), self.limits
-        breaks = self.space.basis.breakpoints
-        # Inside the spans: at a knot two of them would say the same.
-        inside = (np.arange(limits.per_span) + 0.5) / limits.per_span
-        times = (breaks[:-1, None] + np.diff(breaks)[:, None] * inside).ravel()
-        asked = {
-            "rate bound": (limits.rate, lambda n: n.jet.rate),
-            "acceleration bound": (limits.acceleration, lambda n: n.jet.acceleration),
-            "torque bound": (limits.torque, lambda n: n.jet.torque(moments)),
-        }
-        for name, (most, vector) in asked.items():
-            if most is not None:
-                yield _at_most_one(self.space.block_at(name, times, lambda n, v=vector, m=most: ca.sumsqr(v(n)) / m**2))
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> QuaternionMotion:
         """The curve of the program's unknowns, its controls normalised."""
@@ -240,68 +187,46 @@ class OrientationDesign:
         """Multipliers by constraint; those of "keyframes" (M, 3), zero where a keyframe has a tolerance."""
         shaped = np.zeros((len(self.keys), 3))
         if "keyframes" in multipliers:
-            shaped[np.flatnonzero(self.tolerances[self.held] == 0)] = multipliers["keyframes"]
+            shaped[self.held] = multipliers["keyframes"]
         return {**multipliers, "keyframes": shaped}
 
-    def with_keyframes(self, program: Program, keyframes: Any) -> Program:
+    def with_keyframes(self, program: Program[QuaternionMotion], keyframes: Any) -> Program[QuaternionMotion]:
         """The program for other quaternions (M, 4) at the same times, each way between them on the branch it had."""
         began = perf_counter()
-        keys = self.keys.turned(keyframes)
-        interpolant = interpolate_keys(keys, self.ends, self.end_rates)
-        start, space = carried(interpolant, self.space.basis, self.space.channels)
-        same = np.array_equal(space.signs, self.space.signs) and np.array_equal(space.turns, self.space.turns)
-        fresh = replace(self, keys=keys, start=start, space=space).program()
+        design, same = self.turned(keyframes)
+        fresh = design.program()
         # The structure depends on which branches the logarithms take, and on nothing else that changes here.
         structure = program.structure if same else fresh.structure
         return replace(fresh, structure=structure, build_seconds=perf_counter() - began)
 
-    def stages(self, by: str) -> Iterable[Program]:
-        """Orientation programs have no stages: InputError."""
-        raise InputError("stages are for affine motions; start a finer orientation program from a coarser solution")
+    def turned(self, quaternions: Any) -> tuple["OrientationDesign", bool]:
+        """The question for other quaternions, and whether all logarithms take the branches they took."""
+        keys = self.keys.turned(quaternions)
+        interpolant = interpolate_keys(keys, self.ends, self.end_rates)
+        start, space = carried(interpolant, self.space.basis, self.space.channels)
+        same = np.array_equal(space.signs, self.space.signs) and np.array_equal(space.turns, self.space.turns)
+        return replace(self, keys=keys, start=start, space=space), same
 
 
-def measure_torque(motion: QuaternionMotion, inertia=None, nodes: int = 8) -> float:
-    """∫ ‖τ‖² dt of a quaternion curve, by Gauss nodes on every span; ∫ ‖Ω̇‖² dt without inertia."""
-    points, weights = gauss(motion.basis, nodes)
-    jet, moments = motion.jet(points, 2), as_inertia(inertia)
-    torque = jet.acceleration @ moments + np.cross(jet.rate, jet.rate @ moments)
-    return float(np.sum(weights * np.sum(torque**2, axis=-1)))
+def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike | None, ends: str) -> BSplineBasis:
+    """The basis of a quaternion curve over keyframe times (M,): knots there and `refine` more in every interval."""
+    degree, refine = checks.whole(degree, 2, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
+    breaks = refined_times(times, refine)
+    if knots is not None:
+        inner = checks.times(knots, "knots")
+        if inner[0] <= times[0] or inner[-1] >= times[-1]:
+            raise InputError(f"knots: all lie inside the domain ({times[0]:g}, {times[-1]:g})")
+        breaks = np.concatenate([times[:1], inner, times[-1:]])
+    return (BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped)(breaks, degree)
 
 
-def as_inertia(inertia) -> np.ndarray:
-    """(3, 3) the inertia from a matrix, principal moments (3,) or None; InputError unless positive definite."""
-    if inertia is None:
-        return np.eye(3)
-    moments = np.array(inertia, dtype=float)
-    moments = np.diag(moments) if moments.shape == (3,) else moments
-    if moments.shape != (3, 3) or not np.isfinite(moments).all():
-        raise InputError(f"inertia of shape {np.shape(inertia)}: finite, (3, 3) or (3,), is needed")
-    if not np.allclose(moments, moments.T, rtol=1e-9, atol=0):
-        raise InputError("inertia must be symmetric")
-    least, *_, largest = np.linalg.eigvalsh(moments)
-    if least <= 1e-12 * max(largest, 0.0) or largest <= 0:
-        raise InputError(
-            f"inertia is singular or not positive (least moment {least:.3g}): a body needs extent about every axis"
-        )
-    return moments
+def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy) -> Block:
+    """An energy as a term over a quaternion curve or a pose."""
+    squares = weight > 0 and energy.residuals(space.symbols()) is not None
+    stated = isinstance(energy, Torque) or (isinstance(energy, JetEnergy) and energy.exact)
+    nodes = energy.nodes(space.basis.degree) if stated else RIGID_NODES
 
+    def expression(jet: Any) -> Any:  # CasADi expressions, as the energy takes them
+        return expression_of(energy, weight, jet)[0]
 
-def require_whole(value: Any, least: int, what: str) -> None:
-    """InputError unless a value is a whole number of at least `least`."""
-    if isinstance(value, bool) or int(value) != value or value < least:
-        raise InputError(f"{what} {value!r}: a whole number, {least} or more, is needed")
-
-
-def require_room(basis: BSplineBasis, keys: OrientationKeys, ends: str, rates: Any, accelerations: Any) -> None:
-    """InputError where there are more conditions than controls."""
-    conditions = len(keys) - (ends == "periodic") + 2 * (rates is not None) + 2 * (accelerations is not None)
-    if conditions > basis.n:
-        raise InputError(
-            f"{conditions} conditions for {basis.n} control quaternions: more knots per interval or a higher degree "
-            "is needed"
-        )
-
-
-def _at_most_one(block: Block) -> Constraint:
-    shape = (block.count, 1)
-    return Constraint(block, np.full(shape, -np.inf), np.ones(shape))
+    return space.integral(name, expression, squares, nodes, weight, whole=isinstance(energy, Torque))

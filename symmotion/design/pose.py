@@ -1,72 +1,80 @@
 """Pose motions through keyframes: orientation and position in one program."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
-from symmotion.design.control_nodes import UNKNOWN, Node
+from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.control_start import motion_of
-from symmotion.design.orientation import NO_LIMITS, Limits, OrientationDesign
-from symmotion.energies import TrajectoryEnergy
+from symmotion.design.independence import require_independent
+from symmotion.design.orientation import RENAMED, TORQUE, OrientationDesign
+from symmotion.design.question import as_constraints, built
+from symmotion.design.terms import as_objective
+from symmotion.energies import Energy, TrajectoryEnergy
 from symmotion.errors import InputError
-from symmotion.motions.keyframes import Keyframes
-from symmotion.motions.pose import PoseMotion
-from symmotion.motions.quaternions.algebra import Signs
-from symmotion.motions.quaternions.keys import OrientationKeys
-from symmotion.program import Block, Constraint, Program
+from symmotion.jets.space import UNKNOWN, block_of
+from symmotion.motions import Keyframes, PoseMotion
+from symmotion.motions.quaternions import OrientationKeys
+from symmotion.motions.quaternions.algebra import Signs, from_rotation
+from symmotion.program import Constraint, Program
+from symmotion.renamed import renamed
 from symmotion.splines import Spline, closest, cubic_interpolant
 
+ORIGIN = TrajectoryEnergy(np.zeros((1, 3)))
 
+
+@renamed(**RENAMED)
 def pose_program(
-    keys,
-    quaternions=None,
-    translation=None,
+    keys: Any,
+    quaternions: Any = None,
+    translation: ArrayLike | None = None,
     *,
-    objective: TrajectoryEnergy | None = None,
-    torque_weight: float = 1.0,
-    inertia=None,
-    knots_per_interval: int = 2,
+    objective: Energy | None = None,
+    constraints: Sequence[MotionConstraint] = (),
+    degree: int = 3,
+    refine: int = 1,
+    knots: ArrayLike | None = None,
     ends: str = "natural",
-    end_rates=None,
-    turns=None,
+    end_rates: ArrayLike | None = None,
+    turns: ArrayLike | None = None,
     signs: Signs = "align",
-    limits: Limits = NO_LIMITS,
-    nodes: int = 6,
-) -> Program:
-    """The rigid motion of least torque and trajectory energy through poses, as one program.
+) -> Program[PoseMotion]:
+    """The rigid motion of least torque and bending, or otherwise best, through poses, as one program.
 
-    Minimise torque_weight ∫ ‖τ‖² dt + E, E = ∫ Σ m_i ‖d²/dt² (v + R p_i)‖² dt (HJK (12)), over
-    control quaternions and control points, subject to unit norms and both halves of every keyframe.
+    Minimise `objective` over control quaternions and control points, subject to unit norms, both halves of every
+    keyframe, and the constraints.
 
     keys: rigid `Keyframes` in space; or times (M,), beside quaternions: (M, 4) scalar first, or a
         `Rotation`, and translation: (M, 3).
-    objective: a TrajectoryEnergy of body points, of the origin alone when left out, which is
-        ∫ ‖v̈‖² and leaves position and orientation apart. The rest is as in `orientation_program`.
+    objective: an energy or weighted sum of energies of the jet (`RigidJet`); Torque() plus a TrajectoryEnergy of
+        the origin when left out, which is ∫ ‖Ω̇‖² + ‖v̈‖² and leaves position and orientation apart. It has to see the
+        translation. The rest is as in `orientation_program`; `end_rates` are those of the turn.
     """
     began = perf_counter()
-    given = keys
+    given, asked = keys, as_constraints(constraints)
     keys = OrientationKeys.of(given, quaternions, turns, signs)
     if isinstance(given, Keyframes) and translation is None:
         translation = given.translation
     points = np.array(translation, dtype=float)
     if points.shape != (len(keys), 3) or not np.isfinite(points).all():
         raise InputError(f"translation of shape {points.shape}: finite, ({len(keys)}, 3) is needed")
-    if not (np.isfinite(torque_weight) and torque_weight > 0):
-        raise InputError(f"torque_weight {torque_weight!r}: a positive finite number is needed")
-    energy = TrajectoryEnergy(np.zeros((1, 3))) if objective is None else objective
-    if not isinstance(energy, TrajectoryEnergy) or energy.points.shape[1] != 3:
-        raise InputError(f"objective {objective!r}: a TrajectoryEnergy of points in space is needed")
-    turning = OrientationDesign.of(
-        keys, inertia, knots_per_interval, 3, ends, end_rates, None, limits, None, nodes, channels=7
-    )
-    spline = cubic_interpolant(keys.times, points, "periodic" if ends == "periodic" else "natural")
-    start = _refined(spline, turning, keys)
-    program = PoseDesign(turning, points, energy, torque_weight, start).program()
+    energy = as_objective(objective, TORQUE + ORIGIN)
+    turning = OrientationDesign.of(keys, energy, asked, degree, refine, knots, ends, end_rates, channels=7)
+    symbols = turning.space.symbols()
+    if not ca.depends_on(ca.SX(energy.integrand(symbols)), ca.vertcat(*symbols.translation)):
+        raise InputError(f"the objective {energy.name} does not see the translation: add a TrajectoryEnergy")
+    start = _refined(_path(keys, points, ends), turning, keys)
+    program = PoseDesign(turning, points, start).program()
     return replace(program, build_seconds=perf_counter() - began)
+
+
+def _path(keys: OrientationKeys, points: np.ndarray, ends: str) -> Spline:
+    return cubic_interpolant(keys.times, points, "periodic" if ends == "periodic" else "natural")
 
 
 def _refined(spline: Spline, turning: OrientationDesign, keys: OrientationKeys) -> np.ndarray:
@@ -86,44 +94,38 @@ class PoseDesign:
 
     turning: OrientationDesign
     translation: np.ndarray
-    energy: TrajectoryEnergy
-    torque_weight: float
     start: np.ndarray
 
-    def program(self) -> Program:
+    @property
+    def setting(self) -> Setting:
+        return replace(self.turning.setting, translation=self.translation)
+
+    def program(self) -> Program[PoseMotion]:
         """The program of this question."""
         controls = np.concatenate([self.turning.start.control_points, self.start], axis=1)
-        terms = (self.turning.torque_term(self.torque_weight), self._paths())
-        return Program({UNKNOWN: controls}, terms, (*self.turning.constraints(), self._places()), self)
+        turning = self.turning
+        given = [*turning.given(), *self._places()]
+        extra = built(turning.constraints, self.setting, given)
+        program = Program({UNKNOWN: controls}, turning.terms(), (*given, *extra), self)
+        if extra:
+            require_independent(program)
+        return program
 
-    def _paths(self) -> Block:
-        times, weights = self.turning.space.gauss(self.turning.nodes)
-        points = self.energy.points
-        masses = np.ones(len(points)) if self.energy.masses is None else self.energy.masses
-        # Σ m ‖v̈ + R B p‖² with B = [Ω]×² + [Ω̇]×, whatever the number of points: the moments of the body
-        # are m, Σ m p, Σ m p pᵀ = L Lᵀ about the centre of mass c, and ‖R x‖ = ‖x‖.
-        mass = masses.sum()
-        centre = masses @ points / mass
-        spread = np.transpose(np.linalg.qr(np.sqrt(masses)[:, None] * (points - centre), mode="r"))
+    @property
+    def placed(self) -> np.ndarray:
+        """The keyframes whose place is a condition."""
+        freed = set().union(*(c.frees(self.setting)[1] for c in self.turning.constraints))
+        every = range(len(self.turning.keys) - (self.turning.ends == "periodic"))
+        return np.array(sorted(set(every) - freed), dtype=int)
 
-        def residuals(node: Node) -> ca.SX:
-            spin = ca.skew(node.jet.rate)
-            bend = spin @ spin + ca.skew(node.jet.acceleration)
-            travel = node.translation(2)
-            if centre.any():
-                travel = travel + _rotated(node.quaternion, bend @ ca.DM(centre))
-            whole = [np.sqrt(mass) * travel]
-            if np.abs(spread).max() > 0:
-                whole.append(ca.vec(bend @ ca.DM(spread)))
-            return node.extra[0] * ca.vertcat(*whole)
-
-        # A node to an element: with all nodes of a span in one, the kernel takes long to derive.
-        return self.turning.space.block("E", times.reshape(-1, 1), residuals, np.sqrt(weights).reshape(-1, 1, 1), True)
-
-    def _places(self) -> Constraint:
-        held = self.turning.held
-        times, wanted = self.turning.keys.times[held], self.translation[held]
-        return self.turning.space.at("translation", times, lambda n: n.translation(0) - n.extra, wanted)
+    def _places(self) -> list[Constraint]:
+        which, space = self.placed, self.turning.space
+        if not which.size:
+            return []
+        wanted = ca.SX.sym("place", 3)
+        out, times = space.jet().v - wanted, self.turning.keys.times[which, None]
+        block = block_of("translation", out, [space], times, data=wanted, numbers=self.translation[which])
+        return [Constraint.equality(block)]
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> PoseMotion:
         """The motion of the program's unknowns."""
@@ -142,18 +144,18 @@ class PoseDesign:
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Multipliers by constraint: "keyframes" (M, 3) of the turns, "translation" (M, 3) of the places."""
         placed = np.zeros_like(self.translation)
-        placed[self.turning.held] = multipliers["translation"]
+        if "translation" in multipliers:
+            placed[self.placed] = multipliers["translation"]
         return {**self.turning.multipliers(multipliers), "translation": placed}
 
-    def with_keyframes(self, program: Program, keyframes: Any) -> Program:
-        """Not for poses: InputError."""
-        raise InputError("make a new pose_program for other keyframes")
-
-    def stages(self, by: str) -> Iterable[Program]:
-        """Pose programs have no stages: InputError."""
-        raise InputError("stages are for affine motions")
-
-
-def _rotated(q: ca.SX, v: ca.SX) -> ca.SX:
-    twice = 2 * ca.cross(q[1:], v)
-    return v + q[0] * twice + ca.cross(q[1:], twice)
+    def with_keyframes(self, program: Program[PoseMotion], keyframes: Keyframes) -> Program[PoseMotion]:
+        """The program for other rigid keyframes at the same times."""
+        began = perf_counter()
+        if not isinstance(keyframes, Keyframes) or not np.array_equal(keyframes.times, self.turning.keys.times):
+            raise InputError("with_keyframes takes rigid Keyframes at the same times; make a new program for others")
+        turning, same = self.turning.turned(from_rotation(keyframes.rotations()))
+        points = np.array(keyframes.translation)
+        start = _refined(_path(turning.keys, points, turning.ends), turning, turning.keys)
+        fresh = PoseDesign(turning, points, start).program()
+        structure = program.structure if same else fresh.structure
+        return replace(fresh, structure=structure, build_seconds=perf_counter() - began)

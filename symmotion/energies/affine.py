@@ -7,7 +7,7 @@ import numpy as np
 
 from symmotion.energies.energy import Energy
 from symmotion.errors import InputError
-from symmotion.jets.affine import Jet
+from symmotion.jets import BodyJet, Jet
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class Rigidity(Energy):
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryEnergy(Energy):
-    """E = ∫ Σ m_i ‖v̈ + Ä p_i‖² dt, the bending of the paths of body points: HJK (12).
+    """E = ∫ Σ m_i ‖v̈ + Ä p_i‖² dt, the bending of the paths of body points: HJK (12). Of poses too, A = R.
 
     points: (P, d) body points p_i; masses: (P,) positive, ones when left out. Unit:
     mass · length²/time³.
@@ -97,15 +97,12 @@ class TrajectoryEnergy(Energy):
     def name(self) -> str:
         return "E"
 
-    def residuals(self, jet: Jet) -> ca.SX:
+    def residuals(self, jet: BodyJet) -> ca.SX:
+        if not isinstance(jet, BodyJet):
+            raise InputError(f"E is of body points, and a jet of kind {jet.kind} has none")
         if self.points.shape[1] != jet.dimension:
             raise InputError(f"body points of dimension {self.points.shape[1]} for a motion in {jet.dimension}D")
-        masses = np.ones(len(self.points)) if self.masses is None else self.masses
-        # Σ m ‖v̈ + Ä p‖² needs d residuals per point, or d (d + 1) for any number of points: with
-        # homogeneous points it is tr(X C Xᵀ), X = (Ä v̈), C = Σ m p pᵀ = L Lᵀ.
-        homogeneous = np.column_stack([self.points, np.ones(len(self.points))]) * np.sqrt(masses)[:, None]
-        root = np.transpose(np.linalg.qr(homogeneous, mode="r"))
-        return ca.vec(ca.horzcat(jet.ddA, jet.ddv) @ ca.DM(root))
+        return jet.bending(self.points, np.ones(len(self.points)) if self.masses is None else self.masses)
 
     def nodes(self, degree: int) -> int:
         return max(1, degree - 1)

@@ -1,33 +1,39 @@
 """Energies: functionals ∫ φ(jet) dt of a motion, which add and scale."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from numbers import Real
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from symmotion import checks
 from symmotion.errors import InputError
-from symmotion.jets.affine import Jet
-from symmotion.jets.written import Written
+from symmotion.jets import Written
+from symmotion.values import same
 
 
 class Energy:
-    """A functional ∫ φ(jet) dt of a motion. A subclass states `residuals` (φ their sum of squares) or `integrand`."""
+    """A functional ∫ φ(jet) dt of a motion. A subclass states `residuals` (φ their sum of squares) or `integrand`.
+
+    The jet is that of whatever motion the energy is asked of: `Jet`, `RigidJet`, `CurveJet`.
+    """
 
     @property
     def name(self) -> str:
         """The short name under which the term appears in programs and reports."""
         return type(self).__name__
 
-    def residuals(self, jet: Jet) -> ca.SX | None:
+    def residuals(self, jet: Any) -> ca.SX | None:
         """A column whose sum of squares is the integrand, or None where there is none.
 
-        Gauss–Newton convexification and the exact line search follow from it.
+        Gauss–Newton convexification and the exact line search follow from it. The jet is of the kind that the
+        subclass is written for.
         """
         return None
 
-    def integrand(self, jet: Jet) -> ca.SX:
+    def integrand(self, jet: Any) -> ca.SX:
         """The scalar φ(jet)."""
         residuals = self.residuals(jet)
         if residuals is None:
@@ -44,7 +50,7 @@ class Energy:
         return True
 
     @property
-    def parts(self) -> tuple[tuple[float, "Energy"], ...]:
+    def parts(self) -> "tuple[tuple[float, Energy], ...]":
         """The (weight, energy) pairs that this is the sum of."""
         return ((1.0, self),)
 
@@ -53,25 +59,63 @@ class Energy:
             return NotImplemented
         return EnergySum(self.parts + other.parts)
 
+    def __sub__(self, other: "Energy") -> "EnergySum":
+        if not isinstance(other, Energy):
+            return NotImplemented
+        left = list(self.parts)
+        for weight, energy in other.parts:
+            alike = next((k for k, (_, mine) in enumerate(left) if mine == energy), None)
+            if alike is None:
+                left.append((-weight, energy))
+            else:
+                left[alike] = (left[alike][0] - weight, energy)
+        return EnergySum(tuple(left))
+
     def __mul__(self, factor: Real | float) -> "EnergySum":
         if not isinstance(factor, Real):
             return NotImplemented
+        if not np.isfinite(factor) or factor < 0:
+            name = self.parts[0][1].name
+            raise InputError(f"weight {factor:g} of {name}: weights must be finite and not negative")
         return EnergySum(tuple((float(factor) * weight, energy) for weight, energy in self.parts))
 
     __rmul__ = __mul__
 
+    def __truediv__(self, divisor: Real | float) -> "EnergySum":
+        if not isinstance(divisor, Real):
+            return NotImplemented
+        return self * (1.0 / checks.positive(divisor, f"divisor of {self.name}"))
 
-@dataclass(frozen=True)
+    def __eq__(self, other: object) -> bool:
+        return same_fields(self, other)
+
+    __hash__ = None  # pyright: ignore[reportAssignmentType] - arrays inside: nothing hashes an energy
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Kernels that were made of it are made again where they are asked for.
+        return {name: value for name, value in self.__dict__.items() if name != "_made"}
+
+
+def same_fields(a: object, b: object) -> bool:
+    """Whether two values of one class have the same fields, arrays compared entry by entry."""
+    if a is b:
+        return True
+    if type(a) is not type(b) or not is_dataclass(a) or isinstance(a, type):
+        return False
+    return all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
+
+
+@dataclass(frozen=True, eq=False)
 class EnergySum(Energy):
-    """A weighted sum of energies. Weights are finite and not negative, and not all are zero."""
+    """A weighted sum of energies; its weights are finite and not all zero, negative only in differences `a - b`."""
 
     weighted: tuple[tuple[float, Energy], ...]
 
     def __post_init__(self):
         for weight, energy in self.weighted:
-            if not np.isfinite(weight) or weight < 0:
+            if not np.isfinite(weight):
                 raise InputError(f"weight {weight:g} of {energy.name}: weights must be finite and not negative")
-        if not any(weight > 0 for weight, _ in self.weighted):
+        if not any(weight for weight, _ in self.weighted):
             raise InputError("all weights of the energies are zero")
 
     @property
@@ -82,7 +126,10 @@ class EnergySum(Energy):
     def name(self) -> str:
         return " + ".join(e.name if w == 1 else f"{w:g} {e.name}" for w, e in self.weighted)
 
-    def integrand(self, jet: Jet) -> ca.SX:
+    def __repr__(self) -> str:
+        return " + ".join(repr(e) if w == 1 else f"{w:g} * {e!r}" for w, e in self.weighted)
+
+    def integrand(self, jet: Any) -> ca.SX:
         return sum((w * e.integrand(jet) for w, e in self.weighted), ca.SX(0))
 
     def nodes(self, degree: int) -> int:
@@ -93,7 +140,7 @@ class EnergySum(Energy):
 class JetEnergy(Energy):
     """∫ φ(jet) dt for a CasADi expression of the user's own.
 
-    function: from a `Jet` to a scalar φ, or, with `squares`, to a column of residuals whose
+    function: from a jet to a scalar φ, or, with `squares`, to a column of residuals whose
         sum of squares is φ (preferred where it exists: the solver then has a Gauss–Newton matrix).
     label: its name in programs and reports.
     gauss_nodes: per span; when left out, as many as the quadrature error asks for.
@@ -101,10 +148,16 @@ class JetEnergy(Energy):
         JetEnergy(lambda jet: jet.ddv, squares=True, label="acceleration of the origin")
     """
 
-    function: Callable[[Jet], ca.SX]
+    function: Callable[[Any], ca.SX]
     squares: bool = False
     label: str = "custom"
     gauss_nodes: int | None = None
+
+    def __post_init__(self):
+        if not callable(self.function):
+            raise InputError(f"function {self.function!r}: a function of a jet is needed")
+        if self.gauss_nodes is not None:
+            checks.whole(self.gauss_nodes, 1, "gauss_nodes")
 
     def __reduce__(self):
         # A lambda does not pickle, the expression that it makes does.
@@ -114,10 +167,10 @@ class JetEnergy(Energy):
     def name(self) -> str:
         return self.label
 
-    def residuals(self, jet: Jet) -> ca.SX | None:
+    def residuals(self, jet: Any) -> ca.SX | None:
         return ca.vec(ca.SX(self.function(jet))) if self.squares else None
 
-    def integrand(self, jet: Jet) -> ca.SX:
+    def integrand(self, jet: Any) -> ca.SX:
         if self.squares:
             return super().integrand(jet)
         value = ca.SX(self.function(jet))

@@ -9,7 +9,7 @@ from symmotion.energies.energy import Energy
 from symmotion.jets.affine import Jet
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StrainRate(Energy):
     """S = ∫ tr((G⁻¹Ġ)²) dt = 4 ∫ ‖sym(Ȧ A⁻¹)‖² dt, G = AᵀA: the integrated squared rate of strain.
 
@@ -31,7 +31,7 @@ class StrainRate(Energy):
         return _independent(gradient + gradient.T)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StrainAcceleration(Energy):
     """S* = ∫ tr((G⁻¹(G̈ − Ġ G⁻¹ Ġ))²) dt, the squared covariant acceleration of G = AᵀA.
 

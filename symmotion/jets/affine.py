@@ -1,22 +1,36 @@
 """The symbolic jet of an affine motion: its value and derivatives at one parameter."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symmotion.jets.jet import body_point, column
 
 HIGHEST_ORDER = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Jet:
-    """A motion and its time derivatives at one parameter, as CasADi symbols; what an energy is written in.
+    """An affine motion and its time derivatives at one parameter, as CasADi expressions: what energies are written in.
 
-    linear, translation: the derivatives 0 … 3 of A (d, d) and v (d, 1); t: the time.
+    linear, translation: the derivatives 0 … 3 of A (d, d) and v (d, 1); t: the time. A body point p is at
+    v + A p. Where A is rigid, `rate`, `acceleration` and `torque` are those of the body, in its own frame.
     """
 
     linear: tuple[ca.SX, ...]
     translation: tuple[ca.SX, ...]
     t: ca.SX
+
+    @property
+    def kind(self) -> str:
+        return f"affine {self.dimension}D"
+
+    @property
+    def entries(self) -> ca.SX:
+        return column([*self.linear, *self.translation, self.t])
 
     @property
     def dimension(self) -> int:
@@ -65,3 +79,63 @@ class Jet:
         """G̈ = ÄᵀA + 2ȦᵀȦ + AᵀÄ."""
         product = self.A.T @ self.ddA
         return product + product.T + 2 * self.dA.T @ self.dA
+
+    @cached_property
+    def _inverse(self) -> ca.SX:
+        return ca.inv_minor(self.A)
+
+    @property
+    def rate(self) -> ca.SX:
+        """The spin of A⁻¹Ȧ, its skew part: Ω (3, 1) in the body frame where A is rigid; a number in the plane."""
+        return _axial(self._inverse @ self.dA)
+
+    @property
+    def world_rate(self) -> ca.SX:
+        """The spin of ȦA⁻¹: the angular rate about the fixed axes where A is rigid."""
+        return _axial(self.dA @ self._inverse)
+
+    @property
+    def acceleration(self) -> ca.SX:
+        """The derivative of `rate`: the spin of A⁻¹Ä − (A⁻¹Ȧ)²."""
+        turning = self._inverse @ self.dA
+        return _axial(self._inverse @ self.ddA - turning @ turning)
+
+    def torque(self, inertia: ArrayLike) -> ca.SX:
+        """τ = J Ω̇ + Ω × JΩ (3, 1) of `rate` and `acceleration`, in space."""
+        moments = ca.DM(np.asarray(inertia, dtype=float))
+        return moments @ self.acceleration + ca.cross(self.rate, moments @ self.rate)
+
+    def place(self, point: ArrayLike) -> ca.SX:
+        """v + A p."""
+        return self.v + self.A @ body_point(point, self.dimension)
+
+    def velocity(self, point: ArrayLike) -> ca.SX:
+        """v̇ + Ȧ p."""
+        return self.dv + self.dA @ body_point(point, self.dimension)
+
+    def acceleration_of(self, point: ArrayLike) -> ca.SX:
+        """v̈ + Ä p."""
+        return self.ddv + self.ddA @ body_point(point, self.dimension)
+
+    def bending(self, points: np.ndarray, masses: np.ndarray) -> ca.SX:
+        # Σ m ‖v̈ + Ä p‖² needs d residuals per point, or d (d + 1) for any number of points: with
+        # homogeneous points it is tr(X C Xᵀ), X = (Ä v̈), C = Σ m p pᵀ = L Lᵀ.
+        homogeneous = np.column_stack([points, np.ones(len(points))]) * np.sqrt(masses)[:, None]
+        root = np.transpose(np.linalg.qr(homogeneous, mode="r"))
+        return ca.vec(ca.horzcat(self.ddA, self.ddv) @ ca.DM(root))
+
+
+def affine_jet(entries: ca.SX, d: int) -> Jet:
+    """The jet of entries in the order of `Jet.entries`."""
+    size, orders = d * d, HIGHEST_ORDER + 1
+    linear = tuple(ca.reshape(entries[k * size : (k + 1) * size], d, d) for k in range(orders))
+    rest = entries[orders * size :]
+    return Jet(linear, tuple(rest[k * d : (k + 1) * d] for k in range(orders)), rest[orders * d])
+
+
+def _axial(matrix: ca.SX) -> ca.SX:
+    """The axial vector of the skew part of (3, 3), the number of (2, 2)."""
+    half = (matrix - matrix.T) / 2
+    if matrix.shape[0] == 2:
+        return half[1, 0]
+    return ca.vertcat(half[2, 1], half[0, 2], half[1, 0])

@@ -5,7 +5,6 @@ that square, with the other branch kept away from zero so that no derivative of 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import factorial
 
 import casadi as ca
@@ -13,6 +12,11 @@ import casadi as ca
 # Up to here the series, of 9 terms for cos and sin and 12 for the logarithm, are exact to rounding.
 SMALL_SQUARE = 0.25
 SMALL_VERSINE = 0.05
+
+
+def symbols(name: str = "quaternion") -> ca.SX:
+    """A quaternion (4, 1) of symbols."""
+    return ca.SX.sym(name, 4)
 
 
 def product(p: ca.SX, q: ca.SX) -> ca.SX:
@@ -68,25 +72,10 @@ def _series(coefficients: Sequence[float], x: ca.SX) -> ca.SX:
     return result
 
 
-def rotate_back(e: ca.SX, v: ca.SX) -> ca.SX:
-    """e⁻¹ v e."""
-    t = 2 * ca.cross(e[1:], v)
-    return v - e[0] * t + ca.cross(e[1:], t)
-
-
-@dataclass(frozen=True, eq=False)
-class RotationJet:
-    """A rotation's angular rate and acceleration in the body frame at one parameter, as symbols or expressions.
-
-    rate: Ω (3, 1) in rad/s; acceleration: Ω̇ (3, 1) in rad/s².
-    """
-
-    rate: ca.SX
-    acceleration: ca.SX
-
-    def torque(self, inertia: ca.DM) -> ca.SX:
-        """τ = J Ω̇ + Ω × JΩ (3, 1), what turns a body of inertia J about its centre of mass."""
-        return inertia @ self.acceleration + ca.cross(self.rate, inertia @ self.rate)
+def rotate(q: ca.SX, v: ca.SX) -> ca.SX:
+    """q v q⁻¹, a vector v (3, 1) turned by a unit quaternion."""
+    twice = 2 * ca.cross(q[1:], v)
+    return v + q[0] * twice + ca.cross(q[1:], twice)
 
 
 def orientation(first: ca.SX, ways: Sequence[ca.SX], weights: ca.SX) -> ca.SX:
@@ -97,12 +86,12 @@ def orientation(first: ca.SX, ways: Sequence[ca.SX], weights: ca.SX) -> ca.SX:
     return q
 
 
-def rates(ways: Sequence[ca.SX], weights: ca.SX, first: ca.SX, second: ca.SX) -> RotationJet:
-    """The jet of Π exp(ω_l b_l): Ω ← RᵀΩ + 2ω ḃ, Ω̇ ← RᵀΩ̇ + RᵀΩ × 2ω ḃ + 2ω b̈, factor by factor."""
+def rates(ways: Sequence[ca.SX], weights: ca.SX, first: ca.SX, second: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Ω and Ω̇ (3, 1) of Π exp(ω_l b_l): Ω ← RᵀΩ + 2ω ḃ, Ω̇ ← RᵀΩ̇ + RᵀΩ × 2ω ḃ + 2ω b̈, factor by factor."""
     rate, acceleration = 2 * first[0] * ways[0], 2 * second[0] * ways[0]
     for k in range(1, len(ways)):
-        e = exp(weights[k] * ways[k])
-        added, moved = 2 * first[k] * ways[k], rotate_back(e, rate)
-        acceleration = rotate_back(e, acceleration) + ca.cross(moved, added) + 2 * second[k] * ways[k]
+        back = conjugate(exp(weights[k] * ways[k]))
+        added, moved = 2 * first[k] * ways[k], rotate(back, rate)
+        acceleration = rotate(back, acceleration) + ca.cross(moved, added) + 2 * second[k] * ways[k]
         rate = moved + added
-    return RotationJet(rate, acceleration)
+    return rate, acceleration

@@ -1,49 +1,85 @@
-"""A user's function of a jet as text: what becomes of a lambda when it goes to another process."""
+"""A user's function of jets as text: what becomes of a lambda when it goes to another process."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
 from symmotion.errors import InputError
-from symmotion.jets.affine import HIGHEST_ORDER, Jet
+from symmotion.jets.affine import HIGHEST_ORDER, affine_jet
+from symmotion.jets.curve import NET_ORDERS, curve_jet, net_jet
+from symmotion.jets.jet import AnyJet
+from symmotion.jets.rigid import rigid_jet
+
+ORDERS = HIGHEST_ORDER + 1
+
+
+def jets_of_all_kinds() -> list[AnyJet]:
+    """A jet of symbols of every kind: affine in the plane and in space, orientation, pose, curves and nets up to 8D."""
+
+    def symbols(count: int) -> ca.SX:
+        return ca.SX.sym("jet", count)
+
+    affine = [affine_jet(symbols(ORDERS * (d * d + d) + 1), d) for d in (2, 3)]
+    rigid = [rigid_jet(symbols(23 if pose else 11), pose) for pose in (False, True)]
+    curves = [curve_jet(symbols(ORDERS * size + 1), (size, 1)) for size in range(1, 9)]
+    nets = [net_jet(symbols(len(NET_ORDERS) * size + 2), size) for size in (4, 8)]
+    return [*affine, *rigid, *curves, *nets]
 
 
 @dataclass(frozen=True)
 class Written:
-    """A function of a jet by the text of its CasADi expression in each dimension; called like the function.
+    """A function of jets by the text of its CasADi expression for each kind of jet; called like the function.
 
-    codes: pairs of a dimension and a serialised `Function` of the jet's derivatives, linear parts
-    first, and of the time.
+    codes: pairs of the kinds of the jets and a serialised `Function` of their entries and of what else it is handed.
     """
 
-    codes: tuple[tuple[int, str], ...]
+    codes: tuple[tuple[tuple[str, ...], str], ...]
 
     @staticmethod
-    def of(function: Callable[[Jet], ca.SX]) -> "Written":
-        """The text of a function, which is evaluated with symbols in the plane and in space."""
+    def of(
+        function: Callable[..., Any],
+        arguments: Iterable[Sequence[Any]] | None = None,
+        more: Sequence[ca.SX] = (),
+        hand: Callable[[Sequence[ca.SX]], Sequence[Any]] = tuple,
+    ) -> "Written":
+        """The text of a function for the jets of `arguments`, one jet of every kind when left out.
+
+        more: symbols that it is handed beside the jets, in the form that `hand` gives them.
+        """
         if isinstance(function, Written):
             return function
         codes, refusal = [], None
-        for d in (2, 3):
-            jet = Jet(
-                tuple(ca.SX.sym("A", d, d) for _ in range(HIGHEST_ORDER + 1)),
-                tuple(ca.SX.sym("v", d) for _ in range(HIGHEST_ORDER + 1)),
-                ca.SX.sym("t"),
-            )
+        for jets in ([jet] for jet in jets_of_all_kinds()) if arguments is None else arguments:
             try:
-                out = ca.SX(function(jet))
-            except Exception as error:  # a function may well be of one dimension only, and says so as it likes
+                out = ca.SX(function(*jets, *hand(more)))
+            except Exception as error:  # a function may well be of one kind of jet only, and says so as it likes
                 refusal = error
             else:
-                codes.append((d, ca.Function("jet", [*jet.linear, *jet.translation, jet.t], [out]).serialize()))
+                inputs = _symbols_for(jets)
+                code = ca.Function("jet", [*inputs, *more], [out]).serialize()
+                codes.append((tuple(jet.kind for jet in jets), code))
         if not codes and refusal is not None:
             raise refusal
         return Written(tuple(codes))
 
-    def __call__(self, jet: Jet) -> ca.SX:
-        codes = dict(self.codes)
-        if jet.dimension not in codes:
-            raise InputError(f"this function of a jet came from another process and works in dimension {[*codes]} only")
-        expression = ca.Function.deserialize(codes[jet.dimension])
-        return expression(*jet.linear, *jet.translation, jet.t)
+    def __call__(self, *arguments: Any) -> ca.SX:
+        jets = [a for a in arguments if hasattr(a, "entries")]
+        kinds = tuple(jet.kind for jet in jets)
+        code = dict(self.codes).get(kinds)
+        if code is None:
+            known = ", ".join(" and ".join(k) for k, _ in self.codes)
+            raise InputError(
+                f"this function of a jet came from another process and takes jets of the kinds {known}, not "
+                f"{' and '.join(kinds)}"
+            )
+        more = [ca.vec(ca.SX(a)) for a in arguments[len(jets) :]]
+        return ca.SX(ca.Function.deserialize(code)(*(jet.entries for jet in jets), *more))
+
+
+def _symbols_for(jets: Sequence[Any]) -> list[ca.SX]:
+    for jet in jets:
+        if not jet.entries.is_valid_input():
+            raise InputError(f"a jet of kind {jet.kind} is made of expressions, not of symbols")
+    return [jet.entries for jet in jets]

@@ -1,15 +1,19 @@
 """Programs of small symbolic kernels: structure and evaluation. It knows no motions."""
 
-from symmotion.program.block import Block, BlockEvaluator
+from symmotion.program.block import WHOLE, Block, BlockEvaluator
 from symmotion.program.evaluate import Evaluator, Pattern
-from symmotion.program.program import Constraint, Design, Program
+from symmotion.program.program import Constraint, Design, ParameterPlace, Program, Rekeyed, Staged
 
 __all__ = [
+    "WHOLE",
     "Block",
     "BlockEvaluator",
     "Constraint",
     "Design",
     "Evaluator",
+    "ParameterPlace",
     "Pattern",
     "Program",
+    "Rekeyed",
+    "Staged",
 ]

@@ -11,13 +11,15 @@ from symmotion.kernels.kernel import Kernel
 from symmotion.kernels.mapped import Kernels, Mapped, kernel_function
 from symmotion.program.state import made_of
 
+WHOLE = ""  # the variable of a block that reads the vector of all unknowns, as one column
+
 
 @dataclass(frozen=True, eq=False)
 class Block:
     """A kernel applied at E · Q nodes: the Q nodes of an element read the same few controls.
 
     name: of the term or constraint; variable: which unknowns it reads, an array (n, channels
-    and more); channels: the slice of their coordinates.
+    and more), or `WHOLE`, all of them as one column; channels: the slice of their coordinates.
     operator: (E · Q · rows, n) sparse: the combinations of controls that the kernel's rows are,
         basis values and derivatives for a jet, single ones for plain controls.
     nodes: Q; weights: (E · Q,), quadrature times the term's factor; data: (E · Q, D).
@@ -75,7 +77,7 @@ class LocalTables:
     columns: (E, K) increasing; coefficients: (E, Q, rows, K), zero where an element reads fewer.
     pairs: (2, K (K + 1) / 2) the pairs a ≤ b of local columns; products: (E, pairs, Q · rows²),
         weighted products of coefficients: one matrix product with them turns the node Hessians
-        of an element into its blocks.
+        of an element into its blocks. None for blocks of `WHOLE`, which read many single numbers.
     blocks: (2, B) the different global column pairs; gather: (B, E · pairs) sums the element
         blocks that belong to each.
     """
@@ -83,7 +85,7 @@ class LocalTables:
     columns: np.ndarray
     coefficients: np.ndarray
     pairs: np.ndarray
-    products: np.ndarray
+    products: np.ndarray | None
     blocks: np.ndarray
     gather: sparse.csr_array
 
@@ -106,9 +108,11 @@ class LocalTables:
         coefficients[owner, coo.coords[0] % (q * r), rank[position]] = coo.data
         coefficients = coefficients.reshape(e, q, r, k)
         pairs = np.stack(np.triu_indices(k))
-        weighted = block.weights.reshape(e, q, 1, 1) * coefficients
-        products = np.einsum("eqap,eqbp->epqab", weighted[..., pairs[0]], coefficients[..., pairs[1]])
-        products = np.ascontiguousarray(products.reshape(e, pairs.shape[1], q * r * r))
+        products = None
+        if block.variable != WHOLE:
+            weighted = block.weights.reshape(e, q, 1, 1) * coefficients
+            products = np.einsum("eqap,eqbp->epqab", weighted[..., pairs[0]], coefficients[..., pairs[1]])
+            products = np.ascontiguousarray(products.reshape(e, pairs.shape[1], q * r * r))
         ends = columns[:, pairs].transpose(0, 2, 1).reshape(-1, 2)
         block_keys, place = np.unique(ends[:, 0].astype(np.int64) * operator.shape[1] + ends[:, 1], return_inverse=True)
         count = len(place)
@@ -177,14 +181,21 @@ class BlockEvaluator:
         theta: see `derive`.
         """
         c, q = self.block.kernel.channels, self.block.nodes
-        inner = local.products.shape[2]
+        products, coefficients = local.products, local.coefficients
+        weights = self.block.weights.reshape(-1, 1, 1)
         parts = np.empty((self.block.elements, local.pairs.shape[1], c * c))
         slopes = np.empty_like(z)
         share = np.full((self.block.count, 1), theta)
 
         def use(nodes: slice, outputs: list[np.ndarray]) -> None:
             elements = slice(nodes.start // q, nodes.stop // q)
-            np.matmul(local.products[elements], outputs[0].reshape(-1, inner, c * c), out=parts[elements])
+            if products is not None:
+                np.matmul(products[elements], outputs[0].reshape(-1, products.shape[2], c * c), out=parts[elements])
+            else:
+                local_rows = coefficients[elements, 0]
+                hessian = outputs[0].reshape(-1, local_rows.shape[1], local_rows.shape[1])
+                whole = weights[elements] * (np.swapaxes(local_rows, 1, 2) @ hessian @ local_rows)
+                parts[elements, :, 0] = whole[:, local.pairs[0], local.pairs[1]]
             slopes[nodes] = outputs[1]
 
         self.prepare("hessian").each(use, z, self.block.data, self._mu(multipliers), share)

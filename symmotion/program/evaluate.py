@@ -51,7 +51,7 @@ class Evaluator:
                 e.prepare(kind)
 
     def _rows(self, evaluators: list[BlockEvaluator], x: np.ndarray) -> list[np.ndarray]:
-        arrays = self.program.unpack(x)
+        arrays = self.program.arrays(x)
         return [e.block.rows(arrays[e.block.variable]) for e in evaluators]
 
     def terms_at(self, x: np.ndarray) -> dict[str, float]:
@@ -71,7 +71,7 @@ class Evaluator:
         """(unknowns,) ∇f."""
         began = perf_counter()
         total = np.zeros_like(x)
-        arrays = self.program.unpack(total)
+        arrays = self.program.arrays(total)
         for e, z in zip(self.terms, self._rows(self.terms, x), strict=True):
             arrays[e.block.variable][:, e.block.channels] += e.gradient(z)
         self.seconds += perf_counter() - began
@@ -98,9 +98,9 @@ class Evaluator:
         for e, z in zip(self.constraints, self._rows(self.constraints, x), strict=True):
             block = e.block
             v = e.jacobian(z)
-            stride = self.program.start[block.variable].shape[1]
+            first_place, stride = self.program.place(block.variable)
             channel = np.arange(stride)[block.channels]
-            place = self.program.offsets[block.variable] + block.local.columns[..., None] * stride + channel
+            place = first_place + block.local.columns[..., None] * stride + channel
             rows.append(
                 np.broadcast_to(first + np.arange(v.shape[0] * v.shape[1]).reshape(*v.shape[:2], 1, 1), v.shape)
             )
@@ -134,7 +134,7 @@ class Evaluator:
         """
         began = perf_counter()
         flat, slopes = np.zeros(pattern.size + 1), np.zeros_like(x)
-        arrays = self.program.unpack(slopes)
+        arrays = self.program.arrays(slopes)
         curved = [e for e in self.constraints if not e.block.kernel.linear]
         parts = self.program.split(multipliers) if multipliers is not None else {}
         evaluators = self.terms + curved

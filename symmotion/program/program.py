@@ -1,29 +1,53 @@
 """Programs: a start value, named terms and named constraints, all of them kernels applied many times."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import sparse
 
+from symmotion import checks
 from symmotion.errors import InputError
-from symmotion.program.block import Block
+from symmotion.program.block import WHOLE, Block
 from symmotion.program.state import made_of
+
+MotionT = TypeVar("MotionT", covariant=True)
+
+
+@dataclass(frozen=True)
+class ParameterPlace:
+    """Where a parameter's numbers lie in a block's data: from column `first` on, in a shape, column by column."""
+
+    name: str
+    first: int
+    shape: tuple[int, ...]
+
+    @property
+    def columns(self) -> slice:
+        return slice(self.first, self.first + int(np.prod(self.shape)))
 
 
 @dataclass(frozen=True, eq=False)
 class Constraint:
     """lower ≤ kernel ≤ upper at every node of a block; an equality where both are the same.
 
-    lower, upper: (E, C), one row per node.
+    lower, upper: (E, C), one row per node. shape: in which its multipliers are shown, (E, C) when left out; matrix:
+    whether the last two axes are those of a matrix, whose entries the kernel has column by column.
+    parameters: the columns of the block's data that are numbers to change. sampled: whether it is meant for all times
+    and held at those of its nodes only.
     """
 
     block: Block
     lower: np.ndarray
     upper: np.ndarray
+    shape: tuple[int, ...] | None = None
+    matrix: bool = False
+    parameters: tuple[ParameterPlace, ...] = ()
+    sampled: bool = False
 
     @staticmethod
     def equality(block: Block) -> "Constraint":
@@ -43,6 +67,15 @@ class Constraint:
     def is_equality(self) -> bool:
         return bool((self.lower == self.upper).all())
 
+    def shaped(self, multipliers: np.ndarray) -> np.ndarray:
+        """Multipliers (E, C) in the shape in which they are shown."""
+        if self.shape is None:
+            return multipliers
+        if not self.matrix:
+            return multipliers.reshape(self.shape)
+        *rows, height, width = self.shape
+        return np.swapaxes(multipliers.reshape(*rows, width, height), -1, -2)
+
 
 class Structure(dict[Any, Any]):
     """What is derived from a program's structure, by name. A pickle holds it empty, and once for all that share it."""
@@ -51,27 +84,51 @@ class Structure(dict[Any, Any]):
         return Structure, ()
 
 
-class Design(Protocol):
+class Design(Protocol[MotionT]):
     """The question behind a program: how its unknowns read as a motion, and back.
 
-    A design may also know `with_keyframes(program, keyframes)` and `stages(by)`.
+    A design of which more can be asked is `Rekeyed` or `Staged` too.
     """
 
-    def motion(self, unknowns: Mapping[str, np.ndarray]) -> Any: ...
+    def motion(self, unknowns: Mapping[str, np.ndarray]) -> MotionT:
+        """The motion of the program's unknowns, by name (n, channels)."""
+        ...
 
-    def unknowns(self, motion: Any) -> Mapping[str, np.ndarray]: ...
+    def unknowns(self, motion: Any) -> Mapping[str, np.ndarray]:
+        """The unknowns of a motion, exactly where the space holds it; the motion is a user's, of any kind."""
+        ...
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Mapping[str, Any]: ...
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Mapping[str, Any]:
+        """Multipliers by constraint in the shapes that users meet: those of keyframes are pairs of arrays."""
+        ...
+
+
+@runtime_checkable
+class Rekeyed(Protocol):
+    """A design whose keyframes can be moved without building the program again."""
+
+    def with_keyframes(self, program: Any, keyframes: Any) -> Any:
+        """The program for other keyframes at the same times; they come in the form that the design's program takes."""
+        ...
+
+
+@runtime_checkable
+class Staged(Protocol):
+    """A design that knows smaller programs on the way to its own."""
+
+    def stages(self, by: str) -> Iterable[Any]:
+        """Smaller programs that lead to this one, coarsest first, by "degree" or "knots"."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class Program(Generic[MotionT]):
     """Minimise Σ terms over the unknowns, subject to constraints that keep their multipliers.
 
     start: by name, the unknowns' start values, each (n, channels); their shapes define the
         unknowns x, one vector of all of them in this order, row by row.
     terms: blocks whose sum is the objective; constraints: each with a multiplier per component.
-    design: a `Design` of some kind; turns x back into a motion. build_seconds: what making the program took.
+    design: turns x back into a motion. build_seconds: what making the program took.
 
     The Lagrangian is L = Σ terms + λᵀg, so that the optimum changes by −λ with the data that
     g subtracts.
@@ -80,7 +137,7 @@ class Program:
     start: Mapping[str, np.ndarray]
     terms: tuple[Block, ...]
     constraints: tuple[Constraint, ...]
-    design: Any
+    design: Design[MotionT]
     build_seconds: float | None = None
     # Derived structure (patterns, null-space bases), shared by programs that differ in data only.
     structure: dict[Any, Any] = field(default_factory=Structure, repr=False)
@@ -118,6 +175,14 @@ class Program:
             for name, value in self.start.items()
         }
 
+    def arrays(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """`unpack`, and under `WHOLE` all of x as one column, a view too: what blocks read."""
+        return {**self.unpack(x), WHOLE: x[:, None]}
+
+    def place(self, variable: str) -> tuple[int, int]:
+        """Where a variable begins in x, and its numbers per control."""
+        return (0, 1) if variable == WHOLE else (self.offsets[variable], self.start[variable].shape[1])
+
     def split(self, multipliers: np.ndarray) -> dict[str, np.ndarray]:
         """The multiplier vector λ (conditions,) by constraint, each (E, C)."""
         parts, k = {}, 0
@@ -125,6 +190,11 @@ class Program:
             parts[c.name] = multipliers[k : k + c.size].reshape(c.lower.shape)
             k += c.size
         return parts
+
+    def shown(self, multipliers: np.ndarray) -> dict[str, np.ndarray]:
+        """The multiplier vector λ (conditions,) by constraint, each in the shape in which it is shown."""
+        parts = self.split(multipliers)
+        return {c.name: c.shaped(parts[c.name]) for c in self.constraints}
 
     @cached_property
     def lower(self) -> np.ndarray:
@@ -150,7 +220,7 @@ class Program:
                 return c
         raise InputError(f"no constraint {name!r}; there are {', '.join(c.name for c in self.constraints) or 'none'}")
 
-    def with_data(self, name: str, data: np.ndarray, **changes: Any) -> "Program":
+    def with_data(self, name: str, data: np.ndarray, **changes: Any) -> "Program[MotionT]":
         """The same program with other data in one constraint; structure and compiled kernels are kept.
 
         Structure not where the data are factors of the unknowns: the Jacobian is kept there.
@@ -161,43 +231,84 @@ class Program:
             changes = {"structure": Structure(), **changes}
         return replace(self, constraints=tuple(fresh if c is target else c for c in self.constraints), **changes)
 
-    def with_keyframes(self, keyframes: Any) -> "Program":
-        """The same program for other keyframes at the same times; structure and compiled kernels are kept."""
-        if not hasattr(self.design, "with_keyframes"):
-            raise InputError(f"{type(self.design).__name__} has no keyframes to change: make a new program")
-        return self.design.with_keyframes(self, keyframes)
+    @property
+    def parameters(self) -> dict[str, np.ndarray]:
+        """The numbers of the constraints' parameters by name, each in its shape."""
+        found: dict[str, np.ndarray] = {}
+        for c in self.constraints:
+            for place in c.parameters:
+                found.setdefault(place.name, c.block.data[0, place.columns].reshape(place.shape, order="F"))
+        return found
 
-    def stages(self, by: str) -> list["Program"]:
+    def with_parameters(self, **values: ArrayLike) -> "Program[MotionT]":
+        """The same program with other numbers for these parameters; structure and compiled kernels are kept."""
+        known, program = self.parameters, self
+        for name, value in values.items():
+            if name not in known:
+                raise InputError(f"no parameter {name!r}; there are {', '.join(known) or 'none'}")
+            fresh = checks.numbers(value, f"parameter {name!r}")
+            if fresh.shape != known[name].shape or not np.isfinite(fresh).all():
+                raise InputError(
+                    f"parameter {name!r} of shape {fresh.shape}: finite, {checks.shown(known[name].shape)}, is needed"
+                )
+            for c in self.constraints:
+                for place in (p for p in c.parameters if p.name == name):
+                    data = program.constraint(c.name).block.data.copy()
+                    data[:, place.columns] = fresh.ravel(order="F")
+                    program = program.with_data(c.name, data)
+        return program
+
+    def with_keyframes(self, keyframes: Any) -> "Program[MotionT]":
+        """The same program for other keyframes at the same times; structure and compiled kernels are kept.
+
+        keyframes: in the form that the program's constructor takes.
+        """
+        if not isinstance(self.design, Rekeyed):
+            raise InputError(f"{type(self.design).__name__} has no keyframes to change: make a new program")
+        return self.design.with_keyframes(self, keyframes).with_parameters(**self.parameters)
+
+    def stages(self, by: str) -> "list[Program[MotionT]]":
         """Smaller programs that lead to this one, coarsest first, by "degree" or "knots"."""
-        if not hasattr(self.design, "stages"):
-            raise InputError(f"{type(self.design).__name__} has no stages")
-        return list(self.design.stages(by))
+        if not isinstance(self.design, Staged):
+            raise InputError(f"{type(self.design).__name__} has no stages by {by!r}: solve the program at once")
+        return [stage.with_parameters(**self.parameters) for stage in self.design.stages(by)]
 
     def nlp(self) -> dict[str, Any]:
         """The plain CasADi problem, for whoever brings a solver of their own.
 
-        Keys: x, f, g (MX), x0, lbg, ubg (arrays). `nlpsol(name, plugin, {k: nlp[k] for k in "xfg"})`.
+        Keys: x, p, f, g (MX), x0, p0, lbg, ubg (arrays); p are the parameters of the constraints, one after the
+        other, column by column. `nlpsol(name, plugin, {k: nlp[k] for k in "xpfg"})(x0=…, p=nlp["p0"], lbg=…, ubg=…)`.
         """
         x = ca.MX.sym("x", self.unknowns)
-        f = sum((self._symbolic(b, x, None) for b in self.terms), ca.MX(0))
-        g = [self._symbolic(c.block, x, c) for c in self.constraints]
+        values = {name: value.ravel(order="F") for name, value in self.parameters.items()}
+        p = ca.MX.sym("p", sum(v.size for v in values.values()))
+        ends = np.cumsum([0, *(v.size for v in values.values())])
+        parameters = {name: p[int(a) : int(b)] for name, a, b in zip(values, ends[:-1], ends[1:], strict=True)}
+        f = sum((self._symbolic(b, x, None, {}) for b in self.terms), ca.MX(0))
+        g = [self._symbolic(c.block, x, c, parameters) for c in self.constraints]
         return {
             "x": x,
+            "p": p,
             "f": f,
             "g": ca.vertcat(*g) if g else ca.MX(0, 1),
             "x0": self.x0,
+            "p0": np.concatenate([*values.values(), np.empty(0)]),
             "lbg": self.lower,
             "ubg": self.upper,
         }
 
-    def _symbolic(self, block: Block, x: ca.MX, constraint: Constraint | None) -> ca.MX:
-        shape = self.start[block.variable].shape
-        begin = self.offsets[block.variable]
-        controls = ca.reshape(x[begin : begin + shape[0] * shape[1]], shape[1], shape[0])[block.channels, :]
+    def _symbolic(self, block: Block, x: ca.MX, constraint: Constraint | None, parameters: dict[str, ca.MX]) -> ca.MX:
+        begin, stride = self.place(block.variable)
+        count = self.unknowns if block.variable == WHOLE else len(self.start[block.variable])
+        controls = ca.reshape(x[begin : begin + count * stride], stride, count)[block.channels, :]
         z = ca.reshape(controls @ ca.DM(sparse.csc_matrix(block.operator)).T, -1, block.count)
         function = block.kernel.function("value" if constraint is None else "out").map(block.count)
         mu = ca.DM.ones(block.kernel.out.numel() if constraint is None else function.size1_in(2), block.count)
-        result = function(z, ca.DM(block.data.T), mu)
+        data: ca.DM | ca.MX = ca.DM(block.data.T)
+        for place in constraint.parameters if constraint else ():
+            rows = [data[: place.columns.start, :], ca.repmat(parameters[place.name], 1, block.count)]
+            data = ca.vertcat(*rows, data[place.columns.stop :, :])
+        result = function(z, data, mu)
         return ca.dot(ca.DM(block.weights), result.T) if constraint is None else ca.vec(result)
 
     def __str__(self) -> str:
@@ -206,8 +317,12 @@ class Program:
         lines += [f"  term        {_describe(b)}" for b in self.terms]
         for c in self.constraints:
             kind = "equality" if c.is_equality else "bounds"
-            lines.append(f"  constraint  {_describe(c.block)}; {c.size} multipliers, {kind}")
+            where = f", sampled at {c.block.count} times" if c.sampled else ""
+            lines.append(f"  constraint  {_describe(c.block)}; {c.size} multipliers, {kind}{where}")
+        lines += [f"  parameter   {name}: {np.array2string(v, precision=6)}" for name, v in self.parameters.items()]
         return "\n".join(lines)
+
+    __repr__ = __str__
 
 
 def _describe(block: Block) -> str:

@@ -91,10 +91,17 @@ class Solution:
         """The motion that the unknowns describe."""
         return self.program.design.motion(self.program.unpack(self.x))
 
+    @property
+    def motions(self) -> Mapping[str, Any]:
+        """The motions by body, of a program that joins several; the bodies' kinds differ."""
+        if not isinstance(self.motion, Mapping):
+            raise InputError("this solution has one motion: .motion")
+        return self.motion
+
     @cached_property
     def multipliers(self) -> Mapping[str, Any]:
         """Multipliers by constraint; those of "keyframes" in the keyframes' shape, `.linear` and `.translation`."""
-        return self.program.design.multipliers(self.program.split(self.multiplier_vector))
+        return self.program.design.multipliers(self.program.shown(self.multiplier_vector))
 
     @cached_property
     def terms(self) -> dict[str, float]:

@@ -48,8 +48,8 @@ class HessianTriangle:
         entries = []
         for b in blocks:
             local = b.local.blocks
-            stride = program.start[b.variable].shape[1]
-            channel = np.arange(stride)[b.channels] + program.offsets[b.variable]
+            first, stride = program.place(b.variable)
+            channel = np.arange(stride)[b.channels] + first
             row = local[0][:, None, None] * stride + channel[:, None]
             column = local[1][:, None, None] * stride + channel
             # The blocks are those with a ≤ b; inside one on the diagonal half the entries are mirror images.

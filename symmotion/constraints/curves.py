@@ -3,11 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
+from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
 from symmotion.errors import InputError
+from symmotion.jets.space import LinearSpace, sided
+from symmotion.kernels import Kernel
+from symmotion.program import Block, Constraint
 from symmotion.splines import BSplineBasis
 
 NAMES = ("values", "slopes", "accelerations")
@@ -15,7 +20,7 @@ SIDES = {"left": -1, "right": 1}
 
 
 @dataclass(frozen=True, eq=False)
-class CurveCondition:
+class CurveCondition(MotionConstraint):
     """Rows lower ≤ Σ_s c_s x⁽ᵒ⁾(t_s) − target ≤ upper on a curve x, each a named condition with its multipliers.
 
     Made by `at`, `between`, `norm_below`, `closed` and `linked`.
@@ -154,6 +159,27 @@ class CurveCondition:
         """Time, order and side of each row of a condition that samples the curve once."""
         return list(zip(self.times[:, 0].tolist(), self.orders[:, 0].tolist(), self.sides[:, 0].tolist(), strict=True))
 
+    def stated(self, setting: Setting) -> JetConstraint:
+        raise InputError(f"{self.name}: a condition on a curve, in a program of another kind of motion")
+
+    def build(self, setting: Setting) -> Constraint:
+        space = setting.space
+        if not isinstance(space, LinearSpace) or not hasattr(space.symbols(), "x"):
+            return super().build(setting)
+        return self.on(space, space.symbols().x.shape, np.arange(self.count))
+
+    def on(self, space: LinearSpace, shape: tuple[int, ...], kept: np.ndarray) -> Constraint:
+        """The rows `kept` of the condition on the curves of a space, with values of a shape."""
+        channels = space.channels
+        z, target = ca.SX.sym("z", channels), ca.SX.sym("target", channels)
+        out = ca.sumsqr(z) if self.norm else z - target
+        rows, data = self.rows(space.basis)[kept], self.spread(self.target, shape)[kept]
+        whole = slice(0, channels)
+        kernel = Kernel(z, target, out, channels)
+        block = Block(self.name, kernel, space.variable, whole, rows, 1, np.ones(len(kept)), data)
+        shape = () if self.norm else shape
+        return Constraint(block, self.spread(self.lower, shape)[kept], self.spread(self.upper, shape)[kept])
+
     def rows(self, basis: BSplineBasis) -> sparse.csr_array:
         """(N, n) the condition's rows on the controls of a basis."""
         total = sparse.csr_array((self.count, basis.n))
@@ -162,7 +188,7 @@ class CurveCondition:
                 i = np.flatnonzero((self.orders[:, s] == order) & (self.sides[:, s] == side))
                 place = (self.coefficients[i, s], (i, np.arange(i.size)))
                 spread = sparse.csr_array(place, shape=(self.count, i.size))
-                total = total + spread @ _sided(basis, self.times[i, s], order, side)
+                total = total + spread @ sided(basis, self.times[i, s], order, side)
         total = sparse.csr_array(total)
         total.eliminate_zeros()
         return total
@@ -224,12 +250,3 @@ def _alike(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     axes = max(a.ndim, b.ndim)
     low, high = np.broadcast_arrays(*(x.reshape(x.shape + (1,) * (axes - x.ndim)) for x in (a, b)))
     return low, high
-
-
-def _sided(basis: BSplineBasis, t: np.ndarray, order: int, side: int) -> sparse.csr_array:
-    """(N, n) derivatives of the B-splines at t, from the left (−1) or the right (1) at a knot."""
-    if side > 0:
-        return basis.matrix(t, order)
-    # From the left is from the right in the mirror, where functions and knots come in the opposite order.
-    mirror = BSplineBasis(-basis.knots[::-1], basis.degree)
-    return (-1) ** order * mirror.matrix(-t, order)[:, ::-1]

@@ -1,0 +1,119 @@
+"""Constraints along a motion: volumes, speeds, rates, accelerations, torques; each a few lines on `JetConstraint`."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symmotion import checks
+from symmotion.constraints.constraint import DENSITY, JetConstraint, MotionConstraint, Setting
+from symmotion.constraints.keyframed import dimension
+from symmotion.energies import as_inertia
+from symmotion.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class UnitVolume(MotionConstraint):
+    """det A(t) = 1 at given times, between the keyframes."""
+
+    times: ArrayLike
+    name: str = "unit volume"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        times = setting.inside(np.atleast_1d(checks.numbers(self.times, f"{self.name}: times")), self.name)
+        on_keyframe = np.isin(times, setting.times)
+        if on_keyframe.any():
+            raise InputError(f"{self.name}: time {times[on_keyframe][0]:g} is a keyframe's, whose volume is given")
+        return JetConstraint(lambda jet: ca.det(jet.A) - 1, at=times, name=self.name)
+
+
+@dataclass(frozen=True, eq=False)
+class NoInversion(MotionConstraint):
+    """det A(t) ≥ ε along the motion, at `density` times per segment between the keyframes."""
+
+    least: float
+    density: int = DENSITY
+    name: str = "no inversion"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        if setting.linear is not None:
+            volumes = np.linalg.det(setting.linear)
+            if (volumes < self.least).any():
+                i = int(np.argmin(volumes))
+                raise InputError(f"{self.name}: keyframe {i} has determinant {volumes[i]:.3g}, below {self.least:g}")
+        times = setting.between_keyframes(self.density, self.name)
+        return JetConstraint(lambda jet: ca.det(jet.A), lower=float(self.least), upper=np.inf, at=times, name=self.name)
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedBound(MotionConstraint):
+    """‖velocity of p‖ ≤ limit for body points p (P, d), at `density` times per segment and at its ends."""
+
+    points: ArrayLike
+    limit: float
+    density: int = DENSITY
+    name: str = "speed"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        setting.require_translation(self.name)
+        if not (np.isfinite(self.limit) and self.limit > 0):
+            raise InputError(f"{self.name}: limit {self.limit!r}: must be positive")
+        points = checks.array(np.atleast_2d(self.points), ("P", dimension(setting)), f"{self.name}: body points")
+
+        def squares(jet: Any) -> ca.SX:  # of any body's jet
+            return ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in points))
+
+        times = np.union1d(setting.between_keyframes(self.density, self.name), setting.times)
+        return JetConstraint(squares, lower=-np.inf, upper=float(self.limit) ** 2, at=times, name=self.name)
+
+
+@dataclass(frozen=True, eq=False)
+class RateBound(MotionConstraint):
+    """‖Ω(t)‖ ≤ limit [rad per unit of time] along the motion, at `density` times in each span."""
+
+    limit: float
+    density: int = 5
+    name: str = "rate bound"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        return _norm_bound(self, setting, lambda jet: jet.rate, "rate")
+
+
+@dataclass(frozen=True, eq=False)
+class AccelerationBound(MotionConstraint):
+    """‖Ω̇(t)‖ ≤ limit [rad per unit of time²] along the motion, at `density` times in each span."""
+
+    limit: float
+    density: int = 5
+    name: str = "acceleration bound"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        return _norm_bound(self, setting, lambda jet: jet.acceleration, "acceleration")
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueBound(MotionConstraint):
+    """‖τ(t)‖ ≤ limit along the motion, τ = J Ω̇ + Ω × JΩ, at `density` times in each span.
+
+    inertia: J as in `Torque`, the identity when left out.
+    """
+
+    limit: float
+    inertia: ArrayLike | None = None
+    density: int = 5
+    name: str = "torque bound"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        moments = as_inertia(self.inertia)
+        return _norm_bound(self, setting, lambda jet: jet.torque(moments), "torque")
+
+
+def _norm_bound(bound: Any, setting: Setting, vector: Any, what: str) -> JetConstraint:
+    """‖vector(jet)‖² / limit² ≤ 1 of one of the bounds above: of the order of one, whatever the unit."""
+    limit = checks.positive(bound.limit, f"bound on the {what}:")
+    times = setting.inside_spans(bound.density, bound.name)
+    return JetConstraint(
+        lambda jet: ca.sumsqr(vector(jet)) / limit**2, lower=-np.inf, upper=1.0, at=times, name=bound.name
+    )

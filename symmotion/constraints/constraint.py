@@ -1,0 +1,332 @@
+"""Constraints: what must hold of a motion, said in its jet, at times or everywhere along it."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symmotion import checks
+from symmotion.energies.energy import same_fields
+from symmotion.errors import InputError
+from symmotion.jets import Written
+from symmotion.jets.space import JetSpace, LinearSpace, Places, block_of
+from symmotion.program import Constraint, ParameterPlace
+
+DENSITY = 8  # times in each span at which what has to hold everywhere is held
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a constraint may know of the program that it joins.
+
+    spaces: of the jets it is a function of, one for all or one for each body. times: (M,) of the keyframes, empty
+    where there are none; linear, translation, quaternions: (M, d, d), (M, d), (M, 4) their parts, None where they
+    have none such. moves: whether the translation is unknown; held: whether the keyframes are met; places: of the
+    unknowns, where there are several bodies.
+    """
+
+    spaces: tuple[JetSpace, ...]
+    times: np.ndarray
+    linear: np.ndarray | None = None
+    translation: np.ndarray | None = None
+    quaternions: np.ndarray | None = None
+    moves: bool = True
+    held: bool = True
+    places: Places | None = None
+
+    @property
+    def space(self) -> JetSpace:
+        return self.spaces[0]
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """The times that all the motions have in common."""
+        return max(s.domain[0] for s in self.spaces), min(s.domain[1] for s in self.spaces)
+
+    def keyframe(self, i: int, name: str) -> int:
+        """The number of keyframe i, counted from the end where negative."""
+        m = len(self.times)
+        if isinstance(i, bool) or not isinstance(i, int | np.integer) or not -m <= i < m:
+            raise InputError(f"{name}: keyframe {i} does not exist, there are {m}")
+        return int(i) % m
+
+    def require_translation(self, name: str) -> None:
+        if not self.moves:
+            raise InputError(
+                f"{name} is a condition on the translation, which the objective does not see: add a TrajectoryEnergy"
+            )
+
+    def between_keyframes(self, density: int, name: str) -> np.ndarray:
+        """`density` times inside every segment between keyframes, equally spaced."""
+        return dense_times(self.times, density, name)
+
+    def inside_spans(self, density: int, name: str) -> np.ndarray:
+        """`density` times inside every span, at the middles of equal parts: at a knot two spans would say the same."""
+        checks.whole(density, 1, f"{name}: density")
+        a, b = self.domain
+        breaks = np.unique(np.concatenate([s.breakpoints for s in self.spaces]))
+        breaks = breaks[(breaks >= a) & (breaks <= b)]
+        inside = (np.arange(density) + 0.5) / density
+        return (breaks[:-1, None] + np.diff(breaks)[:, None] * inside).ravel()
+
+    def inside(self, times: np.ndarray, name: str) -> np.ndarray:
+        """The times; InputError that names the first outside the domain."""
+        a, b = self.domain
+        outside = ~((times >= a) & (times <= b))
+        if outside.any():
+            raise InputError(f"{name}: time {times[outside][0]} is outside the motion's domain [{a:g}, {b:g}]")
+        return times
+
+
+class MotionConstraint(ABC):
+    """A condition on a motion. A subclass states it as a `JetConstraint` once it knows the program it joins."""
+
+    name: str
+
+    def named(self, name: str) -> "MotionConstraint":
+        """The same condition under another name."""
+        return replace(self, name=name)  # pyright: ignore[reportArgumentType] every subclass is a dataclass
+
+    def frees(self, setting: Setting) -> tuple[set[int], set[int]]:
+        """The keyframes whose linear part or turn, and whose translation, are no longer interpolated."""
+        return set(), set()
+
+    @abstractmethod
+    def stated(self, setting: Setting) -> "JetConstraint":
+        """The condition in full: expression, times, bounds."""
+
+    def build(self, setting: Setting) -> Constraint:
+        """The condition as part of a program; its multipliers are (N, C), a row for each time."""
+        return replace(self.stated(setting).build(setting), shape=None)
+
+    def __eq__(self, other: object) -> bool:
+        return same_fields(self, other)
+
+    __hash__ = None  # pyright: ignore[reportAssignmentType] - arrays inside: nothing hashes a constraint
+
+
+@dataclass(frozen=True, eq=False)
+class JetConstraint(MotionConstraint):
+    """lower ≤ function(jet) ≤ upper, an equality where both are the same (spec of multipliers: L = f + λᵀg).
+
+    function: from a jet of the motion (`Jet`, `RigidJet`, `CurveJet`) to a CasADi expression, a scalar, column or
+        matrix; of as many jets as the times it couples, or as the bodies it couples.
+    lower, upper: numbers, or arrays that broadcast to (N, …), the expression at each of N times; infinite: no bound.
+    at: a time, or times (N,); a list of N tuples of times for a function of as many jets; None: everywhere along
+        the motion, for now held at `density` times inside every span, which the program says.
+    parameters: numbers by name, handed to the function as its last argument (`p.v`, in the shape given), to be
+        changed by `program.with_parameters`; the same name in two constraints is one parameter.
+    data: (N, D) numbers of each time, handed to the function as a column behind the jets.
+
+    The multipliers have the shape of the expression, behind the axis of the times where `at` is no single time: the
+    optimum changes by −λ with the bound that is active.
+
+        JetConstraint(lambda jet: jet.place([0.1, 0.0, 0.0])[2], upper=np.inf, name="floor")
+    """
+
+    function: Callable[..., Any]  # a function of the user's own: CasADi expressions, or what converts to one
+    lower: ArrayLike = field(default=0.0, kw_only=True)
+    upper: ArrayLike = field(default=0.0, kw_only=True)
+    at: ArrayLike | Sequence[tuple[float, ...]] | None = field(default=None, kw_only=True)
+    name: str = field(default="constraint", kw_only=True)
+    parameters: Mapping[str, ArrayLike] | None = field(default=None, kw_only=True)
+    density: int = field(default=DENSITY, kw_only=True)
+    data: ArrayLike | None = field(default=None, kw_only=True)
+
+    def __post_init__(self):
+        if not callable(self.function):
+            raise InputError(f"{self.name}: function {self.function!r}: a function of a jet is needed")
+        if not isinstance(self.name, str) or not self.name:
+            raise InputError(f"name {self.name!r} of a constraint: a text is needed")
+        checks.whole(self.density, 1, f"{self.name}: density")
+        low, high = (checks.numbers(b, f"{self.name}: {w}") for b, w in ((self.lower, "lower"), (self.upper, "upper")))
+        if np.isnan(low).any() or np.isnan(high).any():
+            raise InputError(f"{self.name}: a bound is not a number")
+        try:
+            crossed = (low > high).any()
+        except ValueError:
+            raise InputError(f"{self.name}: bounds of shapes {low.shape} and {high.shape}") from None
+        if crossed:
+            raise InputError(f"{self.name}: the lower bound is above the upper one")
+        if not (np.isfinite(low).any() or np.isfinite(high).any()):
+            raise InputError(f"{self.name}: both bounds are infinite: nothing is asked")
+        if self.parameters is not None:
+            values = {k: checks.numbers(v, f"{self.name}: parameter {k!r}") for k, v in self.parameters.items()}
+            for key, value in values.items():
+                if not key.isidentifier() or value.ndim > 2 or not value.size or not np.isfinite(value).all():
+                    raise InputError(f"{self.name}: parameter {key!r}: a name, and finite numbers, are needed")
+            object.__setattr__(self, "parameters", {k: checks.read_only(v) for k, v in values.items()})
+        object.__setattr__(self, "lower", checks.read_only(low))
+        object.__setattr__(self, "upper", checks.read_only(high))
+        if self.at is not None:
+            object.__setattr__(self, "at", checks.read_only(self._times()))
+        if self.data is not None:
+            object.__setattr__(
+                self, "data", checks.read_only(checks.array(self.data, ("N", "D"), f"{self.name}: data"))
+            )
+
+    def _times(self) -> np.ndarray:
+        times = checks.numbers(self.at, f"{self.name}: at")
+        if times.ndim > 2 or not times.size or not np.isfinite(times).all():
+            raise InputError(f"{self.name}: at of shape {times.shape}: finite times, or tuples of times, are needed")
+        return times
+
+    def __reduce__(self):
+        # A lambda does not pickle, the expressions that it makes do.
+        return _restored, (self.written(), {f: getattr(self, f) for f in FIELDS})
+
+    def written(self, jets: Sequence[Any] | None = None) -> Written:
+        """The function as text, for these jets or for every kind of jet."""
+        couples = self.slots
+        more = [ca.SX.sym("data", np.shape(self.data)[1])] if self.data is not None else []
+        shapes = {k: np.shape(v) for k, v in (self.parameters or {}).items()}
+        flat = [ca.SX.sym("p", int(np.prod(s))) for s in shapes.values()]
+
+        def hand(symbols: Sequence[ca.SX]) -> list[Any]:
+            rest = list(symbols)
+            handed = [rest.pop(0)] if more else []
+            return [*handed, _named(shapes, rest)] if shapes else handed
+
+        if isinstance(self.function, Written):
+            return self.function
+        if jets is not None:
+            return Written.of(self.function, [jets], [*more, *flat], hand)
+        from symmotion.jets.written import jets_of_all_kinds
+
+        every = zip(*(jets_of_all_kinds() for _ in range(couples)), strict=True)
+        return Written.of(self.function, every, [*more, *flat], hand)
+
+    @property
+    def slots(self) -> int:
+        """How many jets the function takes, as far as its times tell."""
+        return self.at.shape[1] if isinstance(self.at, np.ndarray) and self.at.ndim == 2 else 1
+
+    def orders(self, space: LinearSpace) -> list[tuple[int, ...]]:
+        """The derivative orders that the function reads of each of its jets, in a space of curves."""
+        values = dict(self.parameters or {})
+        flat = [ca.SX.sym(k, max(1, np.size(v))) for k, v in values.items()]
+        data = [ca.SX.sym("data", np.shape(self.data)[1])] if self.data is not None else []
+        out = self._expression([space.jet(k) for k in range(self.slots)], self._handed(data, flat))
+        return [space.orders(out, k)[0] for k in range(self.slots)]
+
+    def _handed(self, data: Sequence[ca.SX], flat: Sequence[ca.SX]) -> list[Any]:
+        """What the function is handed behind the jets: the data, then the parameters by name."""
+        if isinstance(self.function, Written):
+            return [*data, *flat]
+        shapes = {k: np.shape(v) for k, v in (self.parameters or {}).items()}
+        return [*data, *([_named(shapes, flat)] if shapes else [])]
+
+    def stated(self, setting: Setting) -> "JetConstraint":
+        return self
+
+    def build(self, setting: Setting) -> Constraint:
+        spaces, times, lead = self._spread(setting)
+        count = len(times)
+        values = dict(self.parameters or {})
+        jets = [space.jet(slot) for slot, space in enumerate(spaces)]
+        table = np.empty((count, 0))
+        data = []
+        if self.data is not None:
+            given = np.asarray(self.data)
+            if len(given) != count:
+                raise InputError(f"{self.name}: data of {len(given)} rows for {count} times: one of each is needed")
+            data, table = [ca.SX.sym("data", given.shape[1])], given
+        flat = [ca.SX.sym(k, max(1, np.size(v))) for k, v in values.items()]
+        out = self._expression(jets, self._handed(data, flat))
+        numbers = np.concatenate([np.ravel(v, order="F") for v in values.values()] + [np.empty(0)])
+        block = block_of(
+            self.name,
+            ca.vec(out),
+            spaces,
+            times,
+            data=ca.vertcat(*data, *flat),
+            numbers=np.concatenate([table, np.broadcast_to(numbers, (count, numbers.size))], axis=1),
+            places=setting.places,
+        )
+        first, places = block.data.shape[1] - numbers.size, []
+        for key, value in values.items():
+            places.append(ParameterPlace(key, first, np.shape(value)))
+            first += np.size(value)
+        matrix = out.shape[1] > 1
+        shape = (*lead, *(out.shape if matrix else out.shape[:1] if out.numel() > 1 else ()))
+        low, high = (self._bound(b, count, out, lead) for b in (self.lower, self.upper))
+        return Constraint(block, low, high, shape, matrix, tuple(places), self.at is None)
+
+    def _spread(self, setting: Setting) -> tuple[list[JetSpace], np.ndarray, tuple[int, ...]]:
+        """The spaces of the jets, the times (N, s) of each, and the leading axes of the multipliers."""
+        several = len(setting.spaces) > 1
+        if self.at is None:
+            times = setting.inside_spans(self.density, self.name)
+            lead: tuple[int, ...] = (len(times),)
+        else:
+            times = np.asarray(self.at)
+            lead = times.shape[:1]
+        if several:
+            if times.ndim < 2:
+                times = np.repeat(np.atleast_1d(times)[:, None], len(setting.spaces), axis=1)
+            if times.shape[1] != len(setting.spaces):
+                raise InputError(f"{self.name}: tuples of {times.shape[1]} times for {len(setting.spaces)} bodies")
+            spaces = list(setting.spaces)
+        else:
+            times = np.atleast_1d(times)
+            times = times[:, None] if times.ndim < 2 else times
+            spaces = [setting.space] * times.shape[1]
+        setting.inside(times.ravel(), self.name)
+        return spaces, times, lead
+
+    def _expression(self, jets: Sequence[Any], handed: Sequence[Any]) -> ca.SX:
+        try:
+            out = ca.SX(self.function(*jets, *handed))
+        except InputError:
+            raise
+        except (AttributeError, TypeError, NotImplementedError, RuntimeError, IndexError) as error:
+            kinds = " and ".join(jet.kind for jet in jets)
+            said = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise InputError(f"{self.name}: the function fails on jets of kind {kinds}: {said[:300]}") from error
+        if not out.numel():
+            raise InputError(f"{self.name}: the function returns an empty expression")
+        return ca.densify(out)
+
+    def _bound(self, bound: ArrayLike, count: int, out: ca.SX, lead: tuple[int, ...]) -> np.ndarray:
+        """(N, C) a bound for each time and component, column by column."""
+        shape = out.shape if out.shape[1] > 1 else out.shape[:1] if out.numel() > 1 else ()
+        given = np.asarray(bound, dtype=float)
+        if not shape and given.shape[-1:] == (1,) and given.ndim > len(lead):
+            given = given[..., 0]
+        try:
+            whole = np.broadcast_to(given, (count, *shape) if lead or given.ndim > len(shape) else shape)
+        except ValueError:
+            wanted = checks.shown((*lead, *shape))
+            raise InputError(f"{self.name}: a bound of shape {given.shape} for values of shape {wanted}") from None
+        whole = np.broadcast_to(whole, (count, *shape))
+        if len(shape) == 2:
+            whole = np.swapaxes(whole, 1, 2)
+        return np.ascontiguousarray(whole.reshape(count, -1))
+
+
+FIELDS = ("lower", "upper", "at", "name", "parameters", "density", "data")
+
+
+def _restored(function: Written, rest: dict[str, Any]) -> JetConstraint:
+    return JetConstraint(function, **rest)
+
+
+def _named(shapes: Mapping[str, tuple[int, ...]], symbols: Sequence[ca.SX]) -> SimpleNamespace:
+    """Parameters by name, in the shapes given: columns for vectors."""
+    shaped = {}
+    for (name, shape), column in zip(shapes.items(), symbols, strict=True):
+        shaped[name] = ca.reshape(column, *shape) if len(shape) == 2 else column
+    return SimpleNamespace(**shaped)
+
+
+def dense_times(times: np.ndarray, density: int, name: str) -> np.ndarray:
+    """`density` times inside every interval of times (M,), equally spaced."""
+    if density < 1:
+        raise InputError(f"{name}: density {density}: at least 1 time per segment is needed")
+    share = np.arange(1, density + 1) / (density + 1)
+    return (times[:-1, None] + np.diff(times)[:, None] * share).ravel()

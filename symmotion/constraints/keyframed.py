@@ -1,0 +1,312 @@
+"""Constraints that refer to a program's keyframes: rates there, tolerances, closure."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+
+from symmotion import checks
+from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
+from symmotion.errors import InputError
+from symmotion.jets import Jet, RigidJet, rotation
+from symmotion.jets.space import LinearSpace
+from symmotion.kernels import Kernel
+from symmotion.program import Block, Constraint
+
+
+@dataclass(frozen=True, eq=False)
+class Velocity(MotionConstraint):
+    """v̇(tᵢ) = velocity (d,) of the origin at keyframe i."""
+
+    keyframe: int
+    velocity: ArrayLike
+    name: str = "velocity"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        setting.require_translation(self.name)
+        i, d = setting.keyframe(self.keyframe, self.name), dimension(setting)
+        given = ca.DM(checks.array(self.velocity, (d,), f"{self.name}: velocity"))
+        return JetConstraint(lambda jet: jet.dv - given, at=setting.times[[i]], name=self.name)
+
+
+@dataclass(frozen=True, eq=False)
+class AngularRate(MotionConstraint):
+    """The body turns with the rate ω at keyframe i: Ȧ(tᵢ) = [ω] A(tᵢ).
+
+    rate: rad per unit of time about the fixed axes, (3,) in space, a number in the plane.
+    """
+
+    keyframe: int
+    rate: ArrayLike
+    name: str = "angular rate"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        i, d = setting.keyframe(self.keyframe, self.name), dimension(setting)
+        given = checks.array(np.atleast_1d(self.rate), (3 if d == 3 else 1,), f"{self.name}: rate")
+        spin = ca.skew(ca.DM(given)) if d == 3 else ca.DM([[0, -given[0]], [given[0], 0]])
+
+        def off(jet: Jet | RigidJet) -> ca.SX:
+            if isinstance(jet, RigidJet):
+                return jet.world_rate - ca.DM(given)
+            return ca.vec((jet.dA - spin @ jet.A).T)
+
+        return JetConstraint(off, at=setting.times[[i]], name=self.name)
+
+
+@dataclass(frozen=True, eq=False)
+class EndRates(MotionConstraint):
+    """The rates at both ends: Ω (2, 3) in the body frame [rad per unit of time] of orientations and poses.
+
+    Of affine motions Ȧ (2, d, d) and v̇ (2, d), an `Affine` or a pair; v̇ where the translation is unknown.
+    """
+
+    rates: ArrayLike | tuple[ArrayLike, ArrayLike] | None
+    name: str = "end rates"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        if isinstance(setting.space.symbols(), RigidJet):
+            given = checks.array(self.rates, (2, 3), self.name)
+            return JetConstraint(lambda jet, wanted: jet.rate - wanted, at=_ends(setting), name=self.name, data=given)
+        d = dimension(setting)
+        if not isinstance(self.rates, tuple) or len(self.rates) != 2:
+            raise InputError(f"{self.name}: a pair of linear parts (2, {d}, {d}) and translations (2, {d}) is needed")
+        linear = checks.array(self.rates[0], (2, d, d), f"{self.name}: linear parts")
+        travel = checks.array(self.rates[1], (2, d), f"{self.name}: translations")
+        given = np.concatenate([linear.reshape(2, -1), *([travel] if setting.moves else [])], axis=1)
+
+        def off(jet: Jet, wanted: ca.SX) -> ca.SX:
+            return ca.vertcat(ca.vec(jet.dA.T), *([jet.dv] if setting.moves else [])) - wanted
+
+        return JetConstraint(off, at=_ends(setting), name=self.name, data=given)
+
+
+@dataclass(frozen=True, eq=False)
+class EndAccelerations(MotionConstraint):
+    """Ω̇(t₁) and Ω̇(t_M), the angular accelerations (2, 3) at both ends in the body frame, rad per unit of time²."""
+
+    accelerations: ArrayLike
+    name: str = "end accelerations"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        given = checks.array(self.accelerations, (2, 3), self.name)
+        return JetConstraint(
+            lambda jet, wanted: jet.acceleration - wanted, at=_ends(setting), name=self.name, data=given
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Periodic(MotionConstraint):
+    """The motion closes: derivatives 1 … degree − 1 agree at both ends, where the keyframes are the same.
+
+    Of a fit, whose samples are not met, the places too.
+    """
+
+    name: str = "periodic"
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        raise InputError(f'{self.name}: make a program with ends="periodic", whose curve is closed')
+
+    def build(self, setting: Setting) -> Constraint:
+        space = setting.space
+        if not isinstance(space, LinearSpace):
+            return super().build(setting)
+        if setting.held:
+            self._require_closed(setting)
+        basis, channels = space.basis, space.channels
+        if basis.degree < 2:
+            raise InputError(f"{self.name}: degree {basis.degree} has no derivative to close; degree 2 is needed")
+        ends = np.array(basis.domain)
+        rows = [
+            basis.matrix(ends[1:], nu) - basis.matrix(ends[:1], nu)
+            for nu in range(1 if setting.held else 0, basis.degree)
+        ]
+        # Derivatives grow with their order as the span shrinks; scaled they weigh alike.
+        rows = [row / abs(row).max() for row in rows]
+        z = ca.SX.sym("z", channels)
+        kernel = Kernel(z, ca.SX.sym("none", 0), z, channels)
+        operator = sparse.csr_array(sparse.vstack(rows))
+        n, whole = len(rows), slice(0, channels)
+        return Constraint.equality(
+            Block(self.name, kernel, space.variable, whole, operator, 1, np.ones(n), np.empty((n, 0)))
+        )
+
+    def _require_closed(self, setting: Setting) -> None:
+        parts = [p for p in (setting.linear, setting.translation) if p is not None]
+        scale = max([1.0, *(float(np.abs(p).max()) for p in parts)])
+        apart = max((float(np.abs(p[0] - p[-1]).max()) for p in parts), default=0.0)
+        if apart > 1e-9 * scale:
+            raise InputError(f"{self.name}: the first and the last keyframe differ by {apart:.2g}; make them the same")
+
+
+@dataclass(frozen=True, eq=False)
+class OnLine(MotionConstraint):
+    """v(tᵢ) lies on the line through keyframe i's translation along `direction` (d,), instead of being given."""
+
+    keyframe: int
+    direction: ArrayLike
+    name: str = "line"
+
+    def frees(self, setting: Setting) -> tuple[set[int], set[int]]:
+        return set(), {setting.keyframe(self.keyframe, self.name)}
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        setting.require_translation(self.name)
+        i, d = setting.keyframe(self.keyframe, self.name), dimension(setting)
+        direction = checks.array(self.direction, (d,), f"{self.name}: direction")
+        if not direction.any():
+            raise InputError(f"{self.name}: the direction is zero")
+        if setting.translation is None:
+            raise InputError(f"{self.name}: the keyframes have no translation")
+        across = ca.DM(np.linalg.svd(direction[None])[2][1:])  # rows that span the directions across the line
+        point = ca.DM(setting.translation[i])
+        return JetConstraint(lambda jet: across @ (jet.v - point), at=setting.times[[i]], name=self.name)
+
+
+@dataclass(frozen=True, eq=False)
+class Tolerance(MotionConstraint):
+    """Keyframes met to within ε instead of exactly: each entry |A(tᵢ) − A*ᵢ| ≤ ε, or the Frobenius norm, `norm`.
+
+    linear, translation: the two ε, None for exact; keyframes: which, all when left out. turn: of orientations and
+    poses, by how many rad each of those keyframes may be missed, one number or one for each, 0 for not at all.
+    """
+
+    linear: float | None = None
+    translation: float | None = None
+    norm: bool = False
+    keyframes: Sequence[int] | None = None
+    name: str = "tolerance"
+    turn: ArrayLike | None = None
+
+    def __post_init__(self):
+        for what, value in (("linear", self.linear), ("translation", self.translation)):
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise InputError(f"{self.name}: {what} {value!r}: must be positive")
+        if self.linear is None and self.translation is None and self.turn is None:
+            raise InputError(f"{self.name}: a tolerance on the linear part or the translation, or a turn, is needed")
+        if self.turn is not None:
+            turn = checks.numbers(self.turn, f"{self.name}: turn")
+            good = np.isfinite(turn) & (turn >= 0)
+            if turn.ndim > 1 or not good.all():
+                i = int(np.argmin(np.atleast_1d(good)))
+                raise InputError(
+                    f"the tolerance of keyframe {i} is {np.atleast_1d(turn)[i]:g}: 0 rad or more is needed"
+                )
+
+    def _which(self, setting: Setting) -> list[int]:
+        every = range(len(setting.times)) if self.keyframes is None else self.keyframes
+        return sorted({setting.keyframe(i, self.name) for i in every})
+
+    def _turns(self, setting: Setting) -> np.ndarray:
+        """(M,) the turn by which each keyframe may be missed."""
+        turns, which = np.zeros(len(setting.times)), self._which(setting)
+        if self.turn is not None:
+            try:
+                turns[which] = self.turn
+            except ValueError:
+                raise InputError(
+                    f"{self.name}: turns of shape {np.shape(self.turn)} for {len(which)} keyframes"
+                ) from None
+        return turns
+
+    def frees(self, setting: Setting) -> tuple[set[int], set[int]]:
+        which = set(self._which(setting))
+        turned = set(np.flatnonzero(self._turns(setting)).tolist())
+        return (which if self.linear else turned), (which if self.translation else set())
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        rigid = isinstance(setting.space.symbols(), RigidJet)
+        if rigid and self.linear:
+            raise InputError(f"{self.name}: orientations have no linear part to miss: give a turn, in rad")
+        if not rigid and self.turn is not None:
+            raise InputError(f"{self.name}: a turn is for orientations and poses: give linear, per entry")
+        if self.translation:
+            setting.require_translation(self.name)
+        return self._of_turns(setting) if rigid else self._of_entries(setting)
+
+    def _of_entries(self, setting: Setting) -> JetConstraint:
+        which, d = self._which(setting), dimension(setting)
+        assert setting.linear is not None and setting.translation is not None  # affine programs have both
+        limits = [x for x in (self.linear, self.translation) if x]
+
+        def parts(jet: Jet, target: ca.SX) -> list[ca.SX]:
+            found = [ca.vec(jet.A.T) - target[: d * d]] if self.linear else []
+            return found + ([jet.v - target[d * d :]] if self.translation else [])
+
+        def off(jet: Jet, target: ca.SX) -> ca.SX:
+            return ca.vertcat(*(ca.sumsqr(p) if self.norm else p for p in parts(jet, target)))
+
+        sizes = [1 if self.norm else n for n, x in ((d * d, self.linear), (d, self.translation)) if x]
+        upper = np.concatenate([np.full(n, x**2 if self.norm else x) for n, x in zip(sizes, limits, strict=True)])
+        data = np.concatenate([setting.linear.reshape(-1, d * d), setting.translation], axis=1)[which]
+        lower = np.full_like(upper, -np.inf) if self.norm else -upper
+        return JetConstraint(off, lower=lower, upper=upper, at=setting.times[which], name=self.name, data=data)
+
+    def _of_turns(self, setting: Setting) -> JetConstraint:
+        # Relative to the tolerance: the condition is of the order of one.
+        turns, every = self._turns(setting), self._which(setting)
+        which = np.flatnonzero(turns) if self.translation is None else np.array(every)
+        turned = bool(turns.any())
+        if not which.size:
+            raise InputError(f"{self.name}: all turns are zero: nothing is left free")
+        if turned and not turns[which].all():
+            raise InputError(f"{self.name}: give turns and translations of different keyframes a constraint each")
+        assert setting.quaternions is not None  # rigid programs have them
+        inverse = setting.quaternions[which] * np.array([1.0, -1.0, -1.0, -1.0])
+        data = [inverse, 1 / np.where(turns > 0, turns, 1.0)[which, None]]
+        if self.translation:
+            data += [setting.translation[which] / self.translation]  # pyright: ignore[reportOptionalSubscript]
+
+        def off(jet: RigidJet, target: ca.SX) -> ca.SX:
+            missed = 2 * rotation.log(rotation.product(target[:4], jet.quaternion))
+            found = [ca.sumsqr(target[4] * missed)] if turned else []
+            if self.translation:
+                found.append(ca.sumsqr(jet.v / self.translation - target[5:8]))
+            return ca.vertcat(*found)
+
+        times, name = setting.times[which], self.name
+        return JetConstraint(off, lower=-np.inf, upper=1.0, at=times, name=name, data=np.column_stack(data))
+
+
+@dataclass(frozen=True, eq=False)
+class ExactSamples(MotionConstraint):
+    """Keyframes or samples of these numbers are met exactly: A(tᵢ) = A*ᵢ, v(tᵢ) = v*ᵢ (K, d² + d), rows of A first."""
+
+    numbers: Sequence[int]
+    name: str = "exact samples"
+
+    def which(self, m: int) -> np.ndarray:
+        """The numbers among m, each once, in order."""
+        numbers = np.asarray(self.numbers)
+        if numbers.size and (numbers.ndim != 1 or not np.issubdtype(numbers.dtype, np.integer)):
+            raise InputError(f"exact {self.numbers!r}: the numbers of samples are needed")
+        outside = (numbers < -m) | (numbers >= m)
+        if outside.any():
+            raise InputError(f"exact sample {numbers[outside][0]} does not exist: there are {m}")
+        return np.unique(numbers.astype(int) % m)
+
+    def stated(self, setting: Setting) -> JetConstraint:
+        if setting.linear is None or setting.translation is None or isinstance(setting.space.symbols(), RigidJet):
+            raise InputError(f"{self.name}: affine keyframes or samples are needed")
+        which, d = self.which(len(setting.times)), dimension(setting)
+        data = np.concatenate([setting.linear.reshape(-1, d * d), setting.translation], axis=1)[which]
+        return JetConstraint(
+            lambda jet, target: ca.vertcat(ca.vec(jet.A.T), jet.v) - target,
+            at=setting.times[which],
+            name=self.name,
+            data=data,
+        )
+
+
+def dimension(setting: Setting) -> int:
+    """The dimension of the body; InputError where there is none."""
+    jet = setting.space.symbols()
+    if not isinstance(jet, Jet | RigidJet):
+        raise InputError(f"a constraint of a body's motion, on a jet of kind {jet.kind}")
+    return jet.dimension
+
+
+def _ends(setting: Setting) -> np.ndarray:
+    return setting.times[[0, -1]] if len(setting.times) else np.array(setting.domain)

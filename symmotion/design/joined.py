@@ -1,0 +1,120 @@
+"""Several bodies in one program: each keeps its design, and constraints couple them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from symmotion.constraints import JetConstraint, MotionConstraint, Setting
+from symmotion.design.independence import require_independent
+from symmotion.design.question import as_constraints, built
+from symmotion.errors import InputError
+from symmotion.jets.space import JetSpace, Places
+from symmotion.program import Block, Constraint, Program
+
+
+@runtime_checkable
+class Spaced(Protocol):
+    """A design whose motion has jets."""
+
+    @property
+    def setting(self) -> Setting: ...
+
+
+def join(programs: Mapping[str, Program[Any]], constraints: Sequence[MotionConstraint] = ()) -> Program[dict[str, Any]]:
+    """Several bodies in one program: the sum of the objectives, all the conditions, and constraints that couple them.
+
+    programs: by name of the body, two or more, of any kind. constraints: `JetConstraint`s whose function takes a jet
+    of each body, in the order of `programs`: at a time, or times, that is the same for all, or at tuples of times.
+    Unknowns, terms, conditions and parameters of a body keep their names behind the body's: "arm: keyframes";
+    parameters of the coupling constraints theirs. `solution.motions` has the motions by body.
+
+        join({"arm": arm, "hand": hand}, [JetConstraint(lambda a, b: a.place(tip) - b.place([0, 0, 0]), name="hinge")])
+    """
+    began = perf_counter()
+    if not isinstance(programs, Mapping) or len(programs) < 2:
+        raise InputError("programs: a mapping of two names or more to programs is needed")
+    for name, program in programs.items():
+        if not isinstance(program, Program) or not isinstance(program.design, Spaced):
+            raise InputError(f"programs, {name!r}: a program of a motion is needed, not a {type(program).__name__}")
+    asked = as_constraints(constraints)
+    for c in asked:
+        if not isinstance(c, JetConstraint):
+            raise InputError(f"constraint {c.name!r} is about one body: give it to that body's program")
+    design = JoinedDesign(dict(programs), asked)
+    return replace(design.program(), build_seconds=perf_counter() - began)
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedDesign:
+    """The question of several bodies: the program of each, and what couples them."""
+
+    programs: dict[str, Program[Any]]
+    constraints: tuple[MotionConstraint, ...]
+
+    def program(self) -> Program[dict[str, Any]]:
+        """The program of this question."""
+        start = {_of(body, k): v for body, p in self.programs.items() for k, v in p.start.items()}
+        terms = tuple(_renamed(b, body) for body, p in self.programs.items() for b in p.terms)
+        given = [_renamed_constraint(c, body) for body, p in self.programs.items() for c in p.constraints]
+        plain = Program(start, terms, tuple(given), self)
+        places = Places(plain.unknowns, {name: plain.place(name) for name in start})
+        settings = [p.design.setting for p in self.programs.values()]
+        spaces = tuple(_placed(s.space, body) for s, body in zip(settings, self.programs, strict=True))
+        common = Setting(spaces, np.empty(0), moves=all(s.moves for s in settings), places=places)
+        extra = built(self.constraints, common, given)
+        program = replace(plain, constraints=(*given, *extra))
+        if extra:
+            require_independent(program)
+        return program
+
+    def motion(self, unknowns: Mapping[str, np.ndarray]) -> dict[str, Any]:
+        """The motions by body."""
+        return {
+            body: p.design.motion({k: unknowns[_of(body, k)] for k in p.start}) for body, p in self.programs.items()
+        }
+
+    def unknowns(self, motion: Mapping[str, Any]) -> dict[str, np.ndarray]:
+        """The unknowns of motions by body."""
+        if not isinstance(motion, Mapping) or set(motion) != set(self.programs):
+            raise InputError(f"a start for several bodies: motions by name, {', '.join(self.programs)}, are needed")
+        found = {body: p.design.unknowns(motion[body]) for body, p in self.programs.items()}
+        return {_of(body, k): v for body, values in found.items() for k, v in values.items()}
+
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+        """Multipliers by constraint, those of a body behind its name, as its own program shows them."""
+        rest, shown = dict(multipliers), {}
+        for body, p in self.programs.items():
+            own = {c.name: rest.pop(_of(body, c.name)) for c in p.constraints}
+            shown |= {_of(body, k): v for k, v in p.design.multipliers(own).items()}
+        return {**shown, **rest}
+
+    def with_keyframes(self, program: Program[dict[str, Any]], keyframes: Mapping[str, Any]) -> Program[dict[str, Any]]:
+        """The program for other keyframes of some bodies, by name."""
+        if not isinstance(keyframes, Mapping) or not set(keyframes) <= set(self.programs):
+            raise InputError(f"keyframes by body are needed; there are {', '.join(self.programs)}")
+        moved = {
+            body: p.with_keyframes(keyframes[body]) if body in keyframes else p for body, p in self.programs.items()
+        }
+        return replace(self, programs=moved).program()
+
+
+def _of(body: str, name: str) -> str:
+    return f"{body}: {name}"
+
+
+def _renamed(block: Block, body: str) -> Block:
+    """A body's block under the joined names."""
+    return replace(block, name=_of(body, block.name), variable=_of(body, block.variable))
+
+
+def _renamed_constraint(constraint: Constraint, body: str) -> Constraint:
+    parameters = tuple(replace(p, name=_of(body, p.name)) for p in constraint.parameters)
+    return replace(constraint, block=_renamed(constraint.block, body), parameters=parameters)
+
+
+def _placed(space: JetSpace, body: str) -> JetSpace:
+    """A body's space with the name of its unknowns in the joined program."""
+    return replace(space, variable=_of(body, space.variable))  # pyright: ignore[reportArgumentType] all are dataclasses

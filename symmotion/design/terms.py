@@ -1,0 +1,91 @@
+"""Energies as terms of programs: their kernels, and how many nodes their integrals need."""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+import casadi as ca
+import numpy as np
+
+from symmotion.energies import Energy
+from symmotion.errors import InputError
+from symmotion.jets.space import JetKernel, LinearSpace
+from symmotion.program import Block, BlockEvaluator
+
+# Relative change of an integral between a node count and twice as many that counts as none.
+QUADRATURE = 1e-10
+MOST_NODES = 40
+
+T = TypeVar("T")
+
+
+def as_objective(objective: Energy | None, default: Energy) -> Energy:
+    """The objective, `default` for None; InputError unless it is an energy."""
+    if objective is None:
+        return default
+    if not isinstance(objective, Energy):
+        raise InputError(f"objective {objective!r} is no energy")
+    return objective
+
+
+def parts_of(objective: Energy) -> list[tuple[str, float, Energy]]:
+    """The terms of an objective that count: a name of their own, weight and energy each."""
+    taken: set[str] = set()
+    return [(distinct(e.name, taken), w, e) for w, e in objective.parts if w]
+
+
+def distinct(name: str, taken: set[str]) -> str:
+    """The name, numbered where it is taken; added to those taken."""
+    fresh, k = name, 2
+    while fresh in taken:
+        fresh, k = f"{name} ({k})", k + 1
+    taken.add(fresh)
+    return fresh
+
+
+def expression_of(energy: Energy, weight: float, jet: object) -> tuple[ca.SX, bool]:
+    """The integrand for a jet, or residuals and True where the term is a sum of squares with a positive weight."""
+    residuals = energy.residuals(jet)
+    if residuals is not None and weight > 0:
+        return ca.SX(residuals), True
+    return ca.SX(energy.integrand(jet)), False
+
+
+def kernel_of(energy: Energy, weight: float, space: LinearSpace) -> JetKernel:
+    """The kernel of an energy in a linear space; an energy keeps those that were made of it."""
+
+    def make() -> JetKernel:
+        out, squares = expression_of(energy, weight, space.jet())
+        return JetKernel.of(space, out, f"the integrand of {energy.name}", squares)
+
+    return kept(energy, (space.jet().kind, weight > 0), make)
+
+
+def kept(energy: Energy, key: object, make: Callable[[], T]) -> T:
+    """What was made of an energy under a key before, else what `make` gives. An energy is frozen, and no hash of it."""
+    store = getattr(energy, "__dict__", {}).setdefault("_made", {})
+    if key not in store:
+        store[key] = make()
+    return store[key]
+
+
+def nodes_for(energy: Energy, weight: float, space: LinearSpace, controls: np.ndarray) -> int:
+    """Gauss nodes per span for an energy: the exact number, or enough at these controls to 1e-10."""
+    nodes, kernel = energy.nodes(space.basis.degree), kernel_of(energy, weight, space)
+    while not energy.exact and nodes < MOST_NODES:
+        value, finer = (_value(kernel.integral(energy.name, space, n, 1.0), controls) for n in (nodes, 2 * nodes))
+        if not abs(finer - value) > QUADRATURE * abs(finer):  # not a number counts as enough: nothing to refine
+            break
+        nodes = min(MOST_NODES, nodes + space.basis.degree + 1)
+    return nodes
+
+
+def terms_of(objective: Energy, space: LinearSpace, controls: np.ndarray) -> list[Block]:
+    """The terms of an objective over a linear space, their nodes enough at these controls (n, width)."""
+    return [
+        kernel_of(e, w, space).integral(name, space, nodes_for(e, w, space, controls), w)
+        for name, w, e in parts_of(objective)
+    ]
+
+
+def _value(block: Block, controls: np.ndarray) -> float:
+    return BlockEvaluator(block).value(block.rows(controls))

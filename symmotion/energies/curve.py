@@ -1,0 +1,34 @@
+"""What makes a motion curve smooth."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from symmotion import checks
+from symmotion.energies.energy import Energy
+from symmotion.jets import CurveJet
+
+
+@dataclass(frozen=True, eq=False)
+class Bending(Energy):
+    """∫ ‖x⁽ᵏ⁾‖² dt of a curve x; natural splines of degree 2k − 1 make it least.
+
+    order: k, 1, 2 or 3. Unit: length²/time²ᵏ⁻¹.
+    """
+
+    order: int = 2
+
+    def __post_init__(self):
+        checks.choice(self.order, (1, 2, 3), "order")
+
+    @property
+    def name(self) -> str:
+        return f"∫ ‖x{self.order * chr(39)}‖²"
+
+    def residuals(self, jet: CurveJet) -> ca.SX:
+        # Row by row, as the curve's coordinates are counted.
+        return ca.vec(jet.derivatives[self.order].T)
+
+    def nodes(self, degree: int) -> int:
+        # On a span the integrand has degree 2 (p − k).
+        return max(1, degree - self.order + 1)

@@ -1,0 +1,107 @@
+"""The symbolic jet of a motion curve."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from symmotion.jets.affine import HIGHEST_ORDER
+from symmotion.jets.jet import column
+
+
+@dataclass(frozen=True, eq=False)
+class CurveJet:
+    """A curve and its derivatives at one parameter, as CasADi expressions.
+
+    derivatives: orders 0 … 3 of x, a column (D, 1) for points, a matrix where the curve's values are; t: the parameter.
+    """
+
+    derivatives: tuple[ca.SX, ...]
+    t: ca.SX
+
+    @property
+    def kind(self) -> str:
+        rows, columns = self.x.shape
+        return f"curve {rows} × {columns}"
+
+    @property
+    def entries(self) -> ca.SX:
+        return column([*self.derivatives, self.t])
+
+    @property
+    def x(self) -> ca.SX:
+        return self.derivatives[0]
+
+    @property
+    def dx(self) -> ca.SX:
+        return self.derivatives[1]
+
+    @property
+    def ddx(self) -> ca.SX:
+        return self.derivatives[2]
+
+    @property
+    def dddx(self) -> ca.SX:
+        return self.derivatives[3]
+
+
+def curve_jet(entries: ca.SX, shape: tuple[int, int]) -> CurveJet:
+    """The jet of entries in the order of `CurveJet.entries`."""
+    size, orders = shape[0] * shape[1], HIGHEST_ORDER + 1
+    parts = tuple(ca.reshape(entries[k * size : (k + 1) * size], *shape) for k in range(orders))
+    return CurveJet(parts, entries[orders * size])
+
+
+NET_ORDERS = tuple((u, v) for total in range(4) for u in range(total, -1, -1) for v in [total - u])
+
+
+@dataclass(frozen=True, eq=False)
+class NetJet:
+    """A two-parameter net of coordinates and its partial derivatives at one (u, v), as CasADi expressions.
+
+    derivatives: (C, 1) each, by order: d, du, dv, duu, duv, dvv, duuu, …, dvvv.
+    """
+
+    derivatives: tuple[ca.SX, ...]
+    t: ca.SX
+
+    @property
+    def kind(self) -> str:
+        return f"net {self.d.numel()}"
+
+    @property
+    def entries(self) -> ca.SX:
+        return column([*self.derivatives, self.t])
+
+    def partial(self, u: int, v: int) -> ca.SX:
+        """(C, 1) ∂ᵘ⁺ᵛ d/∂uᵘ∂vᵛ, u + v ≤ 3."""
+        return self.derivatives[NET_ORDERS.index((u, v))]
+
+    @property
+    def d(self) -> ca.SX:
+        return self.partial(0, 0)
+
+    @property
+    def du(self) -> ca.SX:
+        return self.partial(1, 0)
+
+    @property
+    def dv(self) -> ca.SX:
+        return self.partial(0, 1)
+
+    @property
+    def duu(self) -> ca.SX:
+        return self.partial(2, 0)
+
+    @property
+    def duv(self) -> ca.SX:
+        return self.partial(1, 1)
+
+    @property
+    def dvv(self) -> ca.SX:
+        return self.partial(0, 2)
+
+
+def net_jet(entries: ca.SX, channels: int) -> NetJet:
+    """The jet of entries in the order of `NetJet.entries`."""
+    count = len(NET_ORDERS)
+    return NetJet(tuple(entries[k * channels : (k + 1) * channels] for k in range(count)), entries[count * channels :])

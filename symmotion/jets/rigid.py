@@ -1,0 +1,133 @@
+"""The symbolic jet of an orientation or a pose: a unit quaternion with its rates, and the origin's path."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symmotion.errors import InputError
+from symmotion.jets import rotation
+from symmotion.jets.jet import body_point, column
+
+
+@dataclass(frozen=True, eq=False)
+class RigidJet:
+    """A rigid body's orientation, its rates in the body frame, and the path of its origin, as CasADi expressions.
+
+    quaternion: q (4, 1), scalar first; rate, acceleration: Ω, Ω̇ (3, 1) in rad per unit of time; translation: the
+    derivatives 0 … 3 of the origin (3, 1), empty for an orientation alone, whose origin rests at zero; t: the time.
+    A body point p is at v + R p.
+    """
+
+    quaternion: ca.SX
+    rate: ca.SX
+    acceleration: ca.SX
+    translation: tuple[ca.SX, ...]
+    t: ca.SX
+
+    @property
+    def kind(self) -> str:
+        return "pose" if self.translation else "orientation"
+
+    @property
+    def entries(self) -> ca.SX:
+        return column([self.quaternion, self.rate, self.acceleration, *self.translation, self.t])
+
+    @property
+    def dimension(self) -> int:
+        return 3
+
+    @cached_property
+    def A(self) -> ca.SX:
+        """R (3, 3), the rotation matrix."""
+        return ca.horzcat(*(rotation.rotate(self.quaternion, ca.DM.eye(3)[:, k]) for k in range(3)))
+
+    @property
+    def dA(self) -> ca.SX:
+        """Ṙ = R [Ω]."""
+        return self.A @ ca.skew(self.rate)
+
+    @property
+    def ddA(self) -> ca.SX:
+        """R̈ = R ([Ω]² + [Ω̇])."""
+        return self.A @ self._bend
+
+    @property
+    def v(self) -> ca.SX:
+        return self._origin(0)
+
+    @property
+    def dv(self) -> ca.SX:
+        return self._origin(1)
+
+    @property
+    def ddv(self) -> ca.SX:
+        return self._origin(2)
+
+    @property
+    def dddv(self) -> ca.SX:
+        return self._origin(3)
+
+    def _origin(self, order: int) -> ca.SX:
+        if not self.translation:
+            raise InputError("an orientation has no translation: make a pose_program")
+        return self.translation[order]
+
+    @property
+    def world_rate(self) -> ca.SX:
+        """R Ω, about the fixed axes."""
+        return rotation.rotate(self.quaternion, self.rate)
+
+    def torque(self, inertia: ArrayLike) -> ca.SX:
+        """τ = J Ω̇ + Ω × JΩ (3, 1), what turns a body of inertia J (3, 3) about its centre of mass."""
+        moments = ca.DM(np.asarray(inertia, dtype=float))
+        return moments @ self.acceleration + ca.cross(self.rate, moments @ self.rate)
+
+    @cached_property
+    def _bend(self) -> ca.SX:
+        spin = ca.skew(self.rate)
+        return spin @ spin + ca.skew(self.acceleration)
+
+    def _moved(self, order: int, arm: ca.SX) -> ca.SX:
+        turned = rotation.rotate(self.quaternion, arm)
+        return turned + self.translation[order] if self.translation else turned
+
+    def place(self, point: ArrayLike) -> ca.SX:
+        """v + R p."""
+        return self._moved(0, ca.SX(body_point(point, 3)))
+
+    def velocity(self, point: ArrayLike) -> ca.SX:
+        """v̇ + R (Ω × p)."""
+        return self._moved(1, ca.cross(self.rate, ca.SX(body_point(point, 3))))
+
+    def acceleration_of(self, point: ArrayLike) -> ca.SX:
+        """v̈ + R (Ω × (Ω × p) + Ω̇ × p)."""
+        return self._moved(2, self._bend @ ca.SX(body_point(point, 3)))
+
+    def bending(self, points: np.ndarray, masses: np.ndarray) -> ca.SX:
+        # Σ m ‖v̈ + R B p‖² with B = [Ω]×² + [Ω̇]×, whatever the number of points: the moments of the body
+        # are m, Σ m p, Σ m p pᵀ = L Lᵀ about the centre of mass c, and ‖R x‖ = ‖x‖.
+        mass = masses.sum()
+        centre = masses @ points / mass
+        spread = np.transpose(np.linalg.qr(np.sqrt(masses)[:, None] * (points - centre), mode="r"))
+        whole = []
+        if self.translation:
+            travel = self.ddv
+            if centre.any():
+                travel = travel + rotation.rotate(self.quaternion, self._bend @ ca.DM(centre))
+            whole.append(np.sqrt(mass) * travel)
+        elif centre.any():
+            whole.append(np.sqrt(mass) * self._bend @ ca.DM(centre))
+        if np.abs(spread).max() > 0:
+            whole.append(ca.vec(self._bend @ ca.DM(spread)))
+        if not whole:
+            raise InputError("the body points of an orientation are all at its origin: they do not move")
+        return ca.vertcat(*whole)
+
+
+def rigid_jet(entries: ca.SX, pose: bool) -> RigidJet:
+    """The jet of entries in the order of `RigidJet.entries`."""
+    translation = tuple(entries[10 + 3 * k : 13 + 3 * k] for k in range(4)) if pose else ()
+    return RigidJet(entries[:4], entries[4:7], entries[7:10], translation, entries[22 if pose else 10])
