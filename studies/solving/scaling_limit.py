@@ -14,8 +14,7 @@ import numpy as np
 
 import symmotion as sm
 from symmotion.program import Block
-from symmotion.report import Column, Table
-from symmotion.report.values import Cell
+from symmotion.report import Cell, Column, Table
 from symmotion.systems import Condensed
 
 DOUBLE = 8  # bytes

@@ -19,6 +19,7 @@ from symmotion.design.free_times import free_times_program
 from symmotion.design.jets import measure
 from symmotion.design.orientation import Limits, measure_torque, orientation_program
 from symmotion.design.pose import pose_program
+from symmotion.design.sampled import measure_sampled
 
 __all__ = [
     "AffineDesign",
@@ -39,6 +40,7 @@ __all__ = [
     "fit_program",
     "free_times_program",
     "measure",
+    "measure_sampled",
     "measure_torque",
     "orientation_program",
     "pose_program",
