@@ -6,15 +6,15 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import NoReturn
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 import studies
+import symmotion as sm
 from studies.runner.running import run_all
-from symmotion.commands.main import Parser
-from symmotion.errors import InputError
 from symmotion.report import Study, StudyOptions, StudyRecord, require_writable, write_report
 
 PROGRAM = "python -m studies"
@@ -30,6 +30,13 @@ python -m from there the workers find the studies, and figures are drawn by one 
 """
 
 
+class Parser(argparse.ArgumentParser):
+    """Errors in one line, without the usage."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run studies as the arguments say; 0, or 1 where a study failed, or 2 for bad input."""
     options = _parser().parse_args(arguments)
@@ -41,16 +48,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 print(f"{s.name:{width}}  {s.question}")
             return 0
         if options.scheduler is not None and options.jobs != 1:
-            raise InputError("--jobs and --scheduler: give one of the two")
+            raise sm.InputError("--jobs and --scheduler: give one of the two")
         if options.jobs < 1:
-            raise InputError(f"--jobs {options.jobs}: 1 or more is needed")
+            raise sm.InputError(f"--jobs {options.jobs}: 1 or more is needed")
         if options.data is not None and not options.data.is_file():
-            raise InputError(f"--data {options.data}: there is no such file")
+            raise sm.InputError(f"--data {options.data}: there is no such file")
         require_writable(options.output)
         records = run_all(chosen, StudyOptions(options.full, options.data), options.jobs, options.scheduler)
         form = "long" if options.full else "quick"
         page = write_report(records, options.output, "symmotion: studies", f"The studies in their {form} form.")
-    except InputError as error:
+    except sm.InputError as error:
         print(f"{PROGRAM}: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -84,7 +91,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def discover() -> list[Study]:
     """The STUDY of every module under this folder that has one, in the order they run."""
-    names = [m.name for m in pkgutil.walk_packages(studies.__path__, "studies.") if m.name != "studies.__main__"]
+    # A package's __main__ is a program, which runs where it is imported.
+    modules = pkgutil.walk_packages(studies.__path__, "studies.")
+    names = [m.name for m in modules if not m.name.endswith(".__main__")]
     found = [getattr(import_module(name), "STUDY", None) for name in names]
     return sorted((s for s in found if isinstance(s, Study)), key=lambda s: (s.order, s.name))
 
@@ -94,7 +103,7 @@ def choose(found: Sequence[Study], names: Sequence[str]) -> list[Study]:
     known = [s.name for s in found]
     for name in names:
         if name not in known:
-            raise InputError(f"no study {name!r}; there are {', '.join(known) or 'none'}")
+            raise sm.InputError(f"no study {name!r}; there are {', '.join(known) or 'none'}")
     return [s for s in found if not names or s.name in names]
 
 

@@ -1,4 +1,5 @@
 import re
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -18,3 +19,13 @@ def test_readme_has_examples_and_both_commands():
     assert len(EXAMPLES) >= 3
     assert "python -m pip install . && python -m studies" in text
     assert 'python -m pip install ".[test]" && python -m pytest' in text
+
+
+def test_readme_names_public_faces_and_files_that_exist():
+    text = README.read_text(encoding="utf-8")
+    for module in re.findall(r"from (symmotion[.\w]*) import", text):
+        assert hasattr(import_module(module), "__path__"), f"{module} is no package"
+    for package, name in re.findall(r"`(symmotion(?:\.\w+)*)\.(\w+)`", text):
+        assert name in import_module(package).__all__, f"{package} has no {name}"
+    for path in re.findall(r"\]\(([^):]+)\)", text):
+        assert (README.parent / path).is_file(), f"{path} is not there"

@@ -7,14 +7,23 @@ from functools import partial
 import numpy as np
 
 import symmotion as sm
-from symmotion.design.sampled import measure_sampled
-from symmotion.motions.interpolants.blends import component_cubic, log_blend, polar_blend, steady_morph
-from symmotion.motions.motion import Motion
-from symmotion.motions.rigid import orthonormalise
-from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import new_figure, to_figure
-from symmotion.report.players import player, wedge
-from symmotion.views.drawing import draw_body, draw_ellipsoid, draw_path, eight_ellipses
+from symmotion.design import measure_sampled
+from symmotion.motions import Motion, orthonormalise
+from symmotion.motions.interpolants import component_cubic, log_blend, polar_blend, steady_morph
+from symmotion.report import (
+    Column,
+    Figure,
+    Player,
+    Run,
+    Study,
+    StudyOptions,
+    StudyResult,
+    Table,
+    player,
+    to_figure,
+    wedge,
+)
+from symmotion.views import draw_body, draw_ellipsoid, draw_path, eight_ellipses, new_figure
 
 BASELINES: dict[str, Callable[[sm.Keyframes], Motion]] = {
     "component-wise cubic": component_cubic,

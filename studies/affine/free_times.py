@@ -5,12 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import symmotion as sm
-from symmotion.design.free_times import free_times_program
-from symmotion.motions.keyframes import PARAMETRISATIONS
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player
-from symmotion.views.drawing import eight_ellipses
+from symmotion.design import free_times_program
+from symmotion.motions import PARAMETRISATIONS
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
+from symmotion.views import COLOURS, eight_ellipses, new_figure
 
 SEED = 4
 

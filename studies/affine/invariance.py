@@ -3,8 +3,8 @@
 import numpy as np
 
 import symmotion as sm
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
+from symmotion.views import COLOURS, new_figure
 
 FRAMES = {
     "as given": np.eye(3),

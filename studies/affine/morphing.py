@@ -4,11 +4,9 @@ import numpy as np
 
 import symmotion as sm
 from studies.affine.several_keyframes import start_of
-from symmotion.motions.morphing import copy_deviations, keyframes_from_copies
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player
-from symmotion.views.drawing import draw_body
+from symmotion.motions import copy_deviations, keyframes_from_copies
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
+from symmotion.views import COLOURS, draw_body, new_figure
 
 # A fish: control points of four cubic Bézier arcs that close.
 OUTLINE = np.array(

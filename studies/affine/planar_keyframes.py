@@ -6,8 +6,7 @@ from matplotlib.axes import Axes
 import symmotion as sm
 from studies.affine.several_keyframes import before_and_after
 from symmotion.report import Study, StudyOptions, StudyResult
-from symmotion.report.figures import COLOURS
-from symmotion.views.drawing import draw_body, draw_path, eight_ellipses
+from symmotion.views import COLOURS, draw_body, draw_path, eight_ellipses
 
 KEYFRAMES = sm.examples.planar_keyframes()
 

@@ -5,11 +5,19 @@ from collections.abc import Callable
 from matplotlib.axes import Axes
 
 import symmotion as sm
-from symmotion.report import Column, Figure, Run, StudyOptions, StudyResult, Table
-from symmotion.report.figures import convergence_figure, new_figure, to_figure
-from symmotion.report.players import player
-from symmotion.report.stills import Shape
-from symmotion.views.drawing import draw_inner_products
+from symmotion.report import (
+    Column,
+    Figure,
+    Run,
+    Shape,
+    StudyOptions,
+    StudyResult,
+    Table,
+    convergence_figure,
+    player,
+    to_figure,
+)
+from symmotion.views import draw_inner_products, new_figure
 
 Draw = Callable[[Axes, sm.AffineMotion], None]
 ROTATIONAL_ENERGY = sm.JetEnergy(lambda jet: jet.ddA, squares=True, label="rotational energy")

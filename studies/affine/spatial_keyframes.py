@@ -5,9 +5,9 @@ from matplotlib.axes import Axes
 
 import symmotion as sm
 from studies.affine.several_keyframes import before_and_after
-from symmotion.bodies.quads import ellipsoid_mesh
+from symmotion.bodies import ellipsoid_mesh
 from symmotion.report import Study, StudyOptions, StudyResult
-from symmotion.views.drawing import draw_ellipsoid
+from symmotion.views import draw_ellipsoid
 
 KEYFRAMES = sm.examples.spatial_keyframes()
 SEMI_AXES = (1.1, 0.7, 0.5)

@@ -5,10 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 import symmotion as sm
-from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import new_figure, to_figure
-from symmotion.report.players import player
-from symmotion.views.drawing import draw_body, draw_inner_products, letter_k
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
+from symmotion.views import draw_body, draw_inner_products, letter_k, new_figure
 
 KEYFRAMES = {"orthogonal": sm.examples.quarter_turn(), "general": sm.examples.sheared_turn()}
 DRAWN = (1, 2, 3)

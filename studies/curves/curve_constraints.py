@@ -5,11 +5,9 @@ import numpy as np
 import symmotion as sm
 from studies.curves.curve_players import dot_player, thrown
 from symmotion.curves import arc_length, speed
-from symmotion.design.curve import curve_program
-from symmotion.design.curve_conditions import CurveCondition
-from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import Travelling
+from symmotion.design import CurveCondition, curve_program
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, Travelling, to_figure
+from symmotion.views import COLOURS, new_figure
 
 GRAVITY = 9.81  # m/s²
 RESTITUTION = 0.8

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 import symmotion as sm
-from symmotion.report import Player
-from symmotion.report.players import Travelling, player
-from symmotion.views.drawing import ellipse
+from symmotion.report import Player, Travelling, player
+from symmotion.views import ellipse
 
 
 def dot_player(

@@ -29,10 +29,9 @@ from symmotion.curves import (
     smooth_step,
     speed,
 )
-from symmotion.report import Column, Figure, Player, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import Travelling
+from symmotion.report import Column, Figure, Player, Study, StudyOptions, StudyResult, Table, Travelling, to_figure
 from symmotion.splines import gauss
+from symmotion.views import COLOURS, new_figure
 
 INK = COLOURS[5]
 POLYGON = np.array([[0.0, 0.0], [0.6, 1.8], [2.4, 2.0], [3.0, 0.2]])

@@ -6,12 +6,11 @@ import numpy as np
 
 import symmotion as sm
 from studies.fairing.fairing_nets import fairness, history_figure, net_with, rms, turn_error
-from symmotion.fairing import FairingResult, fair, fairing_program
-from symmotion.fairing.fair import Method
-from symmotion.motions.nets import noisy_net, smooth_net
-from symmotion.motions.quaternions.algebra import product
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.fairing import FairingResult, Method, fair, fairing_program
+from symmotion.motions import noisy_net, smooth_net
+from symmotion.motions.quaternions import product
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
+from symmotion.views import COLOURS, new_figure
 
 INITIAL = 7.84  # PCG's G before, for their 121 knots
 PER_KNOT = 0.002 / 121  # and what they reach

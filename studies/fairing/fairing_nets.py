@@ -1,33 +1,31 @@
 """What the fairing studies share: nets with known smooth originals, the body, figures before and after."""
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from scipy.spatial.transform import Rotation
 
-from symmotion.bodies.quads import QuadMesh, jug, read_teapot
+from studies.runner.recordings import recorded
+from symmotion.bodies import QuadMesh, jug, read_teapot
 from symmotion.fairing import Coordinates, FairingResult, Jumps
-from symmotion.motions.nets import noisy_net, smooth_net
-from symmotion.motions.two_parameter import TwoParameterMotion
-from symmotion.report import Figure, Player
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player
-from symmotion.views.fairing_figures import (
-    Image,
+from symmotion.motions import TwoParameterMotion, noisy_net, smooth_net
+from symmotion.report import Figure, Player, player, to_figure
+from symmotion.views import (
+    COLOURS,
     draw_bodies,
     draw_body_along,
     draw_fairness,
     draw_isophotes,
     draw_zebra,
     facing,
+    new_figure,
     sample_patch,
 )
 
-# Recorded data lies beside the checkout, not in it.
-TEAPOT = Path(__file__).resolve().parents[3] / "shared" / "data" / "utah-teapot.json"
+Image = Literal["rotation", "dual", "trajectory"]  # of a two-parameter motion
+TEAPOT = recorded("utah-teapot.json")
 BEFORE, AFTER = COLOURS[1], COLOURS[0]
 TITLES = ("before", "after")
 BESIDE = np.array([0.2, 0.1, 0.3])  # from the eye to a light

@@ -17,9 +17,7 @@ from studies.fairing.fairing_nets import (
     turning_player,
 )
 from symmotion.fairing import FairingResult, fair, local_step_program
-from symmotion.motions.dual import DualQuaternions
-from symmotion.motions.nets import noisy_net, smooth_net
-from symmotion.motions.two_parameter import TwoParameterMotion
+from symmotion.motions import DualQuaternions, TwoParameterMotion, noisy_net, smooth_net
 from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table
 
 REAL, DUAL, TARGET, PCG_STEPS = 7.84, 10.195, 0.003, 3052

@@ -18,10 +18,9 @@ from studies.fairing.fairing_nets import (
     turning_player,
 )
 from symmotion.fairing import fair, local_step_program
-from symmotion.motions.quaternions.algebra import conjugate, product
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.views.fairing_figures import draw_net
+from symmotion.motions.quaternions import conjugate, product
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
+from symmotion.views import COLOURS, draw_net, new_figure
 
 INITIAL, TARGET, PCG_STEPS, PCG_SECONDS = 7.84, 0.002, 1930, 5.0
 CHANGES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)

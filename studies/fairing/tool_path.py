@@ -9,16 +9,12 @@ from matplotlib.cbook import get_sample_data
 
 import symmotion as sm
 from studies.fairing.fairing_nets import AFTER, BEFORE, BESIDE, fairness_figure, rms
-from symmotion.bodies.quads import QuadMesh, grid_mesh
+from symmotion.bodies import QuadMesh, grid_mesh
 from symmotion.fairing import FairingResult, fair, fairing_program
-from symmotion.motions.dual import DualQuaternions
-from symmotion.motions.rational import CurveMotion
-from symmotion.motions.two_parameter import TwoParameterMotion
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import new_figure, to_figure
-from symmotion.report.players import player
+from symmotion.motions import CurveMotion, DualQuaternions, TwoParameterMotion
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.splines import BSplineBasis, Spline
-from symmotion.views.fairing_figures import DIRECTION, draw_bodies, draw_isophotes, facing, sample_patch
+from symmotion.views import DIRECTION, draw_bodies, draw_isophotes, facing, new_figure, sample_patch
 
 METRES_PER_DEGREE = 111_200.0
 SCALE, EXAGGERATION = 1e-5, 5.0  # of the milled model, and of its heights

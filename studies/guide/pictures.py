@@ -11,10 +11,9 @@ from matplotlib.axes import Axes
 import symmotion as sm
 from studies.affine import planar_keyframes
 from studies.affine.several_keyframes import draw_both, start_of
-from symmotion.motions.nets import noisy_net, smooth_net
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import new_figure, to_figure
-from symmotion.views.canvas import FONT, HEIGHT, WIDTH, fit_height
+from symmotion.motions import noisy_net, smooth_net
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
+from symmotion.views import FONT, HEIGHT, WIDTH, fit_height, new_figure
 
 
 def run(options: StudyOptions) -> StudyResult:

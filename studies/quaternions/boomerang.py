@@ -4,16 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from symmotion.motions.keyframes import Keyframes
-from symmotion.motions.pose import PoseMotion
-from symmotion.motions.quaternions.algebra import exp
-from symmotion.motions.quaternions.curve import QuaternionMotion
-from symmotion.report import Column, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player
+from symmotion.motions import Keyframes, PoseMotion
+from symmotion.motions.quaternions import QuaternionMotion, exp
+from symmotion.report import Column, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.splines import BSplineBasis, Spline
-from symmotion.views.parallel import view_from
-from symmotion.views.spheres import draw_outlines
+from symmotion.views import COLOURS, draw_outlines, new_figure, view_from
 
 SECONDS = 3.0
 VIEW = view_from([0.5, -2.0, 1.5])

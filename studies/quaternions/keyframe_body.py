@@ -5,15 +5,11 @@ from typing import Any
 import numpy as np
 
 import symmotion as sm
-from symmotion.design.pose import pose_program
-from symmotion.motions.pose import PoseMotion
-from symmotion.motions.quaternions.algebra import exp
-from symmotion.motions.quaternions.interpolation import interpolate_quaternions
-from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player
-from symmotion.views.parallel import view_from
-from symmotion.views.spheres import draw_outlines
+from symmotion.design import pose_program
+from symmotion.motions import PoseMotion
+from symmotion.motions.quaternions import exp, interpolate_quaternions
+from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
+from symmotion.views import COLOURS, draw_outlines, new_figure, view_from
 
 VIEW = view_from([1.0, -2.6, 1.5])
 TIMES = np.array([0.0, 1.0, 1.8, 3.2, 4.0, 5.0])

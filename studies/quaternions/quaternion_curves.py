@@ -2,15 +2,18 @@
 
 import numpy as np
 
-from symmotion.motions.quaternions.algebra import exp
-from symmotion.motions.quaternions.curve import QuaternionMotion
-from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player, turning, wedge
-from symmotion.splines import BSplineBasis
-from symmotion.splines.cumulative import cumulative
-from symmotion.views.parallel import view_from
-from symmotion.views.spheres import draw_curve, draw_points, draw_sphere, on_sphere
+from symmotion.motions.quaternions import QuaternionMotion, exp
+from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table, player, to_figure, turning, wedge
+from symmotion.splines import BSplineBasis, cumulative
+from symmotion.views import (
+    COLOURS,
+    draw_sphere,
+    draw_sphere_curve,
+    draw_sphere_points,
+    new_figure,
+    on_sphere,
+    view_from,
+)
 
 ENDS = exp(np.array([[0.0, 0.0, 0.0], [0.55, 0.75, 0.25]]))
 RATE = np.array([[1.2, 3.0, -0.6], [-2.4, 3.2, 0.8]])  # rad/s, the unit of the family
@@ -100,10 +103,12 @@ def _local_control() -> tuple[Table, Figure, float, float]:
     with new_figure(5.2, 4.6) as figure:
         axes = figure.subplots()
         draw_sphere(axes, VIEW)
-        draw_curve(axes, on_sphere(motion(t)), COLOURS[0], label="curve", view=VIEW)
-        draw_curve(axes, on_sphere(moved(t)), COLOURS[1], style="--", label="a control quaternion moved", view=VIEW)
-        draw_points(axes, on_sphere(motion.control_points), COLOURS[0], size=3.5, view=VIEW)
-        draw_points(axes, on_sphere(moved.control_points[[j]]), COLOURS[1], size=5, view=VIEW)
+        draw_sphere_curve(axes, on_sphere(motion(t)), COLOURS[0], label="curve", view=VIEW)
+        draw_sphere_curve(
+            axes, on_sphere(moved(t)), COLOURS[1], style="--", label="a control quaternion moved", view=VIEW
+        )
+        draw_sphere_points(axes, on_sphere(motion.control_points), COLOURS[0], size=3.5, view=VIEW)
+        draw_sphere_points(axes, on_sphere(moved.control_points[[j]]), COLOURS[1], size=5, view=VIEW)
         figure.legend(loc="outside upper left", ncols=2)
         picture = to_figure(
             figure,
@@ -141,11 +146,11 @@ def _spheres(family: dict[tuple[float, int], QuaternionMotion]) -> Figure:
             draw_sphere(axes, VIEW)
             axes.set_title(title)
         for k, factor in enumerate((1.0, 2.0, 4.0, 8.0)):
-            draw_curve(
+            draw_sphere_curve(
                 left, on_sphere(family[factor, 0](t)), COLOURS[k], linewidth=1.3, label=f"× {factor:g}", view=VIEW
             )
         for k, turns in enumerate((0, 1, -1, 2)):
-            draw_curve(
+            draw_sphere_curve(
                 right,
                 on_sphere(family[1.0, turns](t)),
                 COLOURS[k],
@@ -154,7 +159,7 @@ def _spheres(family: dict[tuple[float, int], QuaternionMotion]) -> Figure:
                 view=VIEW,
             )
         for axes in (left, right):
-            draw_points(axes, on_sphere(ENDS), view=VIEW)
+            draw_sphere_points(axes, on_sphere(ENDS), view=VIEW)
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.02), ncols=4, handlelength=1.4, columnspacing=1)
         return to_figure(
             figure,

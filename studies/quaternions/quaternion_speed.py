@@ -10,10 +10,8 @@ import numpy as np
 from scipy.spatial.transform import RotationSpline
 
 import symmotion as sm
-from symmotion.design.orientation import orientation_program
-from symmotion.motions.quaternions.algebra import exp, product, to_rotation
-from symmotion.motions.quaternions.curve import QuaternionMotion
-from symmotion.motions.quaternions.interpolation import interpolate_quaternions
+from symmotion.design import orientation_program
+from symmotion.motions.quaternions import QuaternionMotion, exp, interpolate_quaternions, product, to_rotation
 from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table
 
 KEYS, ORIENTATIONS = 1000, 100_000

@@ -7,14 +7,24 @@ import numpy as np
 from scipy.spatial.transform import RotationSpline
 
 import symmotion as sm
-from symmotion.design.orientation import Limits, measure_torque, orientation_program
-from symmotion.motions.interpolants.slerps import shoemake_bezier, shoemake_interpolant, squad
-from symmotion.motions.quaternions.algebra import exp, product, to_rotation
-from symmotion.motions.quaternions.curve import QuaternionMotion
-from symmotion.motions.quaternions.interpolation import interpolate_quaternions
-from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player, turning, wedge
+from symmotion.design import Limits, measure_torque, orientation_program
+from symmotion.motions.interpolants import shoemake_bezier, shoemake_interpolant, squad
+from symmotion.motions.quaternions import QuaternionMotion, exp, interpolate_quaternions, product, to_rotation
+from symmotion.report import (
+    Column,
+    Figure,
+    Player,
+    Run,
+    Study,
+    StudyOptions,
+    StudyResult,
+    Table,
+    player,
+    to_figure,
+    turning,
+    wedge,
+)
+from symmotion.views import COLOURS, new_figure
 
 INERTIA = np.array([1.0, 2.0, 4.0])
 ANGLES = (10, 30, 60, 90, 120, 150, 210, 270, 330)

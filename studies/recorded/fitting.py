@@ -16,10 +16,9 @@ from studies.recorded.recorded_pair import (
     smoothing_spline,
     straight,
 )
-from symmotion.design.fitting import fit_program
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player, wedge
+from symmotion.design import fit_program
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure, wedge
+from symmotion.views import COLOURS, new_figure
 
 WEIGHTS = (None, 0.0, 1e-4, 1e-3, 1e-2)
 WIDTHS = (5, 9, 15)

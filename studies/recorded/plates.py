@@ -6,18 +6,14 @@ from typing import Any
 import numpy as np
 
 import symmotion as sm
-from symmotion.design.orientation import measure_torque, orientation_program
-from symmotion.motions.interpolants.slerps import slerp_curve
-from symmotion.motions.quaternions.algebra import exp, rotate
-from symmotion.motions.quaternions.interpolation import interpolate_quaternions
-from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player, turning
-from symmotion.views.parallel import view_from
-from symmotion.views.spheres import draw_curve, draw_points, draw_sphere
+from studies.runner.recordings import recorded
+from symmotion.design import measure_torque, orientation_program
+from symmotion.motions.interpolants import slerp_curve
+from symmotion.motions.quaternions import exp, interpolate_quaternions, rotate
+from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table, player, to_figure, turning
+from symmotion.views import COLOURS, draw_sphere, draw_sphere_curve, draw_sphere_points, new_figure, view_from
 
-# Recorded data lies beside the checkout, not in it.
-ROTATIONS = Path(__file__).resolve().parents[3] / "shared" / "data" / "PALEOMAP_PlateModel.rot"
+ROTATIONS = recorded("PALEOMAP_PlateModel.rot")
 PLATE, ANCHOR = 701, 0
 OLDEST = 600.0  # Ma: beyond, and in the future, poles are guesses hundreds of Ma apart
 RADIUS = 6371.0  # km
@@ -167,8 +163,8 @@ def _path(motions, t: np.ndarray, ages: np.ndarray, q: np.ndarray, site: np.ndar
         axes = figure.subplots()
         draw_sphere(axes, view)
         for name, colour in (("least ∫‖Ω̇‖²", COLOURS[2]), ("within 2°", COLOURS[0])):
-            draw_curve(axes, rotate(motions[name](t), site), colour, label=name, linewidth=1.3, view=view)
-        draw_points(axes, rotate(q, site), size=3, view=view)
+            draw_sphere_curve(axes, rotate(motions[name](t), site), colour, label=name, linewidth=1.3, view=view)
+        draw_sphere_points(axes, rotate(q, site), size=3, view=view)
         figure.legend(loc="outside upper left", ncols=2)
         return to_figure(figure, "path", "Where a site of the plate has been; dots are the data.")
 

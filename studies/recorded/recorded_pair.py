@@ -7,9 +7,10 @@ from scipy.spatial.transform import Rotation, Slerp
 
 import symmotion as sm
 from studies.recorded.recorded_poses import RECORDING
-from symmotion.motions.rigid import polar_factors
+from studies.runner.recordings import recorded
+from symmotion.motions import polar_factors
 
-ESTIMATE = RECORDING.with_name("freiburg1_xyz-rgbdslam.txt")
+ESTIMATE = recorded("freiburg1_xyz-rgbdslam.txt")
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,13 +7,12 @@ from scipy.spatial.transform import Rotation
 
 import symmotion as sm
 from studies.affine.several_keyframes import start_of
-from symmotion.motions.rigid import orthonormalise
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player, wedge
+from studies.runner.recordings import recorded
+from symmotion.motions import orthonormalise
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure, wedge
+from symmotion.views import COLOURS, new_figure
 
-# Recorded data lies beside the checkout, not in it.
-RECORDING = Path(__file__).resolve().parents[3] / "shared" / "data" / "freiburg1_xyz-groundtruth.txt"
+RECORDING = recorded("freiburg1_xyz-groundtruth.txt")
 POINTS = np.concatenate([np.eye(3), -np.eye(3)])
 
 

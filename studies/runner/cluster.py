@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 
-from symmotion.errors import InputError
+import symmotion as sm
 
 PATIENCE = 10  # seconds for the scheduler to answer
 
@@ -20,11 +20,11 @@ def cluster(address: str) -> Iterator[Executor]:
         from distributed import Client  # pyright: ignore[reportMissingImports] an extra
         from distributed.comm.addressing import get_address_host_port  # pyright: ignore[reportMissingImports]
     except ImportError as error:
-        raise InputError("--scheduler needs Dask: pip install 'symmotion[distributed]'") from error
+        raise sm.InputError("--scheduler needs Dask: pip install 'symmotion[distributed]'") from error
     try:
         get_address_host_port(address, strict=True)
     except ValueError as error:
-        raise InputError(f"--scheduler {address!r}: an address such as tcp://10.0.0.1:8786 is needed") from error
+        raise sm.InputError(f"--scheduler {address!r}: an address such as tcp://10.0.0.1:8786 is needed") from error
     # What it logs while it tries is said below, in one line.
     logger = logging.getLogger("distributed")
     level = logger.level
@@ -32,12 +32,12 @@ def cluster(address: str) -> Iterator[Executor]:
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except OSError as error:
-        raise InputError(f"--scheduler {address}: no Dask scheduler answers there") from error
+        raise sm.InputError(f"--scheduler {address}: no Dask scheduler answers there") from error
     finally:
         logger.setLevel(level)
     with client:
         if not client.scheduler_info(n_workers=-1)["workers"]:
-            raise InputError(f"--scheduler {address}: it has no workers yet; --help says how to start them")
+            raise sm.InputError(f"--scheduler {address}: it has no workers yet; --help says how to start them")
         executor = client.get_executor()
         try:
             yield executor

@@ -15,8 +15,8 @@ from time import perf_counter
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+import symmotion as sm
 from studies.runner.cluster import cluster
-from symmotion.errors import InputError
 from symmotion.report import Study, StudyOptions, StudyRecord
 
 
@@ -29,7 +29,7 @@ def run_study(study: Study, options: StudyOptions) -> StudyRecord:
     except Exception as exception:
         error = _one_line(exception)
         # Bad input is the user's to mend: where in the code it was noticed does not help.
-        trace = "" if isinstance(exception, InputError) else traceback.format_exc()
+        trace = "" if isinstance(exception, sm.InputError) else traceback.format_exc()
     return StudyRecord(study.name, study.question, study.source, perf_counter() - began, result, error, trace)
 
 

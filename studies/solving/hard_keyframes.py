@@ -6,7 +6,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import symmotion as sm
-from symmotion.motions.examples import rotation_2d
 
 COUNTS = (3, 4, 5, 6, 8, 10, 12)
 DEGREES = (3, 4, 5, 6, 7)
@@ -60,7 +59,7 @@ def problem(seed: int) -> Problem:
 def _turned(rng: np.random.Generator, degrees: np.ndarray, d: int) -> np.ndarray:
     """(M, d, d) rotations, each turned against the one before by an angle about a random axis or to a random side."""
     if d == 2:
-        return np.stack([rotation_2d(a) for a in np.cumsum(rng.choice([-1, 1], len(degrees)) * degrees)])
+        return np.stack([sm.examples.rotation_2d(a) for a in np.cumsum(rng.choice([-1, 1], len(degrees)) * degrees)])
     axes = rng.normal(size=(len(degrees), 3))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     linear = Rotation.from_rotvec(np.deg2rad(degrees)[:, None] * axes).as_matrix()

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 import symmotion as sm
 from studies.solving.scaling_figure import plain_ticks
 from studies.solving.scaling_limit import load_note
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
+from symmotion.views import COLOURS, new_figure
 
 WARM = 5  # steps before the clock counts: buffers and caches of the first solves
 

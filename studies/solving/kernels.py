@@ -13,10 +13,9 @@ import numpy as np
 import symmotion as sm
 from symmotion.kernels import Kernels, available_processors
 from symmotion.program import Evaluator
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.values import Cell
+from symmotion.report import Cell, Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
 from symmotion.systems import system_of
+from symmotion.views import COLOURS, new_figure
 
 WAYS: tuple[tuple[Kernels, int], ...] = (("interpreted", 1), ("interpreted", 2), ("compiled", 1), ("compiled", 2))
 OBJECTIVES = (sm.Rigidity(), sm.Rigidity(2), sm.TrajectoryEnergy(np.eye(3)), sm.StrainRate())

@@ -16,10 +16,9 @@ import numpy as np
 
 import symmotion as sm
 from studies.solving.small_motions import MAKERS, growth, memory_over, moved_programs, new_programs
-from symmotion.batches.many import solve_each, solve_many
-from symmotion.batches.workers import own_processes
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.batches import own_processes, solve_each, solve_many
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
+from symmotion.views import COLOURS, new_figure
 
 WORKERS = 2
 SHOWN = 5  # runs in the report, of programs that are all alike

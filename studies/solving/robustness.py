@@ -9,8 +9,8 @@ import numpy as np
 
 import symmotion as sm
 from studies.solving.hard_keyframes import KINDS, Problem, problem
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import method_style, new_figure, to_figure
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
+from symmotion.views import method_style, new_figure
 
 SOLVERS = (sm.ExactNewton(), sm.Ipopt(), sm.Elimination())
 SAME = 1e-6  # relative difference up to which two values are the same optimum

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 import symmotion as sm
-from symmotion.solvers.solution import Iteration, Seconds, Status, conclude
+from symmotion.solvers import Iteration, Seconds, Status, conclude
 
 ENTRIES = 9  # of a control matrix in space, the channels of the problem
 NODES = 6  # Gauss nodes per span: exact for the integrand of degree 10 of a cubic

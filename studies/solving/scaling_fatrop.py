@@ -9,7 +9,7 @@ from scipy import sparse
 
 import symmotion as sm
 from studies.solving.scaling_alternatives import ENTRIES, NODES, Answer, Tables, rigidity, told
-from symmotion.solvers.solution import Seconds
+from symmotion.solvers import Seconds
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from studies.solving.scaling_limit import Division, Limit
 from studies.solving.scaling_worker import Budget, Measurement
-from symmotion.report import Figure
-from symmotion.report.figures import COLOURS, method_style, new_figure, to_figure
+from symmotion.report import Figure, to_figure
+from symmotion.views import COLOURS, method_style, new_figure
 
 # Tools of one kind share a colour, formulations of it differ in marker and dashes.
 STYLES = {

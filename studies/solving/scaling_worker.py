@@ -15,7 +15,7 @@ from typing import Any
 import symmotion as sm
 from studies.solving.scaling_alternatives import judge
 from symmotion.report import Run
-from symmotion.solvers.solution import Seconds
+from symmotion.solvers import Seconds
 
 LOOK = 0.02  # seconds between looks at a running process
 # What takes less than BRIEF seconds at first is timed again, until the repetitions take ENOUGH or are REPEATS.

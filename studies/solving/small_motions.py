@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import symmotion as sm
-from symmotion.batches.many import solve_each
-from symmotion.batches.workers import own_processes
+from symmotion.batches import own_processes, solve_each
 
 TIMES = np.linspace(0.0, 1.0, 4)
 STATM = Path("/proc/self/statm")  # Linux: sizes of this process in pages

@@ -6,9 +6,8 @@ from statistics import median
 import numpy as np
 
 import symmotion as sm
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import convergence_figure, method_style, new_figure, to_figure
-from symmotion.views.drawing import draw_kkt
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, convergence_figure, to_figure
+from symmotion.views import draw_kkt, method_style, new_figure
 
 SOLVERS = (sm.ExactNewton(), sm.Ipopt(), sm.Elimination(), sm.Elimination(stages="knots"))
 PLAIN = sm.Ipopt(derivatives="plain")

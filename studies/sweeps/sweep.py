@@ -4,18 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from symmotion.bodies.quads import grid_mesh
-from symmotion.motions.keyframes import Keyframes
-from symmotion.motions.pose import PoseMotion
-from symmotion.motions.quaternions.algebra import exp
-from symmotion.motions.quaternions.curve import QuaternionMotion
-from symmotion.report import Column, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player
+from symmotion.bodies import grid_mesh
+from symmotion.motions import Keyframes, PoseMotion
+from symmotion.motions.quaternions import QuaternionMotion, exp
+from symmotion.report import Column, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.splines import BSplineBasis, Spline
-from symmotion.views.fairing_figures import draw_bodies
-from symmotion.views.parallel import view_from
-from symmotion.views.spheres import draw_outlines
+from symmotion.views import COLOURS, draw_bodies, draw_outlines, new_figure, view_from
 
 VIEW = view_from([1.5, -2.5, 1.8])
 PLACES = np.array([[0, 0, 0], [3, 3, 0.5], [6, 3, 2.0], [9, 0, 3.0], [12, -2, 1.5], [15, 0, 0]], dtype=float)

@@ -9,12 +9,9 @@ from numpy.typing import ArrayLike
 import symmotion as sm
 from studies.affine.several_keyframes import start_of
 from studies.sweeps.swept_volumes import columns, where_solvers_end
-from symmotion.report import Figure, Player, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player
+from symmotion.report import Figure, Player, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.sweeps import SweepSurface, sweep_surface
-from symmotion.views.meshes import draw_curve, draw_mesh
-from symmotion.views.parallel import view_from
+from symmotion.views import COLOURS, draw_curve, draw_mesh, new_figure, view_from
 
 BAND_VIEW = view_from([0.6, -2.0, 2.2])
 ABOVE = view_from([1.2, -2.4, 1.3])

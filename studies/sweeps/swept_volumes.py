@@ -8,14 +8,10 @@ import numpy as np
 import symmotion as sm
 from studies.affine.several_keyframes import start_of
 from studies.sweeps.swept_motions import BALL, breathing, closed_forms, kneaded, letter_s, loop
-from symmotion.bodies import Mesh
-from symmotion.bodies.quads import ellipsoid_mesh
-from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table
-from symmotion.report.figures import COLOURS, new_figure, to_figure
-from symmotion.report.players import player
+from symmotion.bodies import Mesh, ellipsoid_mesh
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.sweeps import MovingEllipsoid, SweptVolume, characteristic_curves, swept_volume
-from symmotion.views.meshes import draw_curve, draw_mesh
-from symmotion.views.parallel import VIEW, view_from
+from symmotion.views import COLOURS, VIEW, draw_curve, draw_mesh, new_figure, view_from
 
 FRONT = view_from([0.55, -2.6, 0.75])
 ABOVE = view_from([0.9, -1.6, 2.6])

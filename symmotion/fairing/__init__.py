@@ -1,7 +1,7 @@
 """Fairing of two-parameter and one-parameter rational B-spline motions (PCG, after Hahmann)."""
 
 from symmotion.fairing.coordinates import Coordinates
-from symmotion.fairing.fair import METHODS, fair
+from symmotion.fairing.fair import METHODS, Method, fair
 from symmotion.fairing.jumps import Jumps, StepTables
 from symmotion.fairing.programs import fairing_program, local_step_program
 from symmotion.fairing.result import FairingResult, FairingStatus
@@ -12,6 +12,7 @@ __all__ = [
     "FairingResult",
     "FairingStatus",
     "Jumps",
+    "Method",
     "StepTables",
     "fair",
     "fairing_program",

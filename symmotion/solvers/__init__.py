@@ -4,7 +4,7 @@ from symmotion.solvers.comparison import Comparison, compare, solver_by_name
 from symmotion.solvers.elimination import Elimination
 from symmotion.solvers.ipopt import Ipopt
 from symmotion.solvers.newton import ExactNewton
-from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
+from symmotion.solvers.solution import Iteration, Seconds, Solution, Status, conclude
 
 __all__ = [
     "Comparison",
@@ -16,5 +16,6 @@ __all__ = [
     "Solution",
     "Status",
     "compare",
+    "conclude",
     "solver_by_name",
 ]

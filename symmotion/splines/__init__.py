@@ -1,8 +1,18 @@
 """B-spline bases, splines as values, quadrature and interpolation. NumPy and SciPy only."""
 
 from symmotion.splines.basis import BSplineBasis
+from symmotion.splines.cumulative import cumulative
 from symmotion.splines.interpolation import check_times, closest, cubic_interpolant, least_squares
 from symmotion.splines.quadrature import gauss
 from symmotion.splines.spline import Spline
 
-__all__ = ["BSplineBasis", "Spline", "check_times", "closest", "cubic_interpolant", "gauss", "least_squares"]
+__all__ = [
+    "BSplineBasis",
+    "Spline",
+    "check_times",
+    "closest",
+    "cubic_interpolant",
+    "cumulative",
+    "gauss",
+    "least_squares",
+]

@@ -1,1 +1,66 @@
 """Pictures of motions and solutions, notebook display and films; Matplotlib is loaded by who draws."""
+
+from symmotion.report.figures import COLOURS, method_style, new_figure
+from symmotion.views.canvas import FONT, HEIGHT, WIDTH, fit_height
+from symmotion.views.drawing import (
+    draw_body,
+    draw_ellipsoid,
+    draw_inner_products,
+    draw_kkt,
+    draw_path,
+    eight_ellipses,
+    ellipse,
+    letter_k,
+)
+from symmotion.views.fairing_figures import (
+    DIRECTION,
+    draw_bodies,
+    draw_body_along,
+    draw_fairness,
+    draw_isophotes,
+    draw_net,
+    draw_zebra,
+    facing,
+    sample_patch,
+)
+from symmotion.views.meshes import draw_curve, draw_mesh
+from symmotion.views.parallel import VIEW, view_from
+from symmotion.views.spheres import draw_curve as draw_sphere_curve
+from symmotion.views.spheres import draw_outlines, draw_sphere, on_sphere
+from symmotion.views.spheres import draw_points as draw_sphere_points
+
+__all__ = [
+    "COLOURS",
+    "DIRECTION",
+    "FONT",
+    "HEIGHT",
+    "VIEW",
+    "WIDTH",
+    "draw_bodies",
+    "draw_body",
+    "draw_body_along",
+    "draw_curve",
+    "draw_ellipsoid",
+    "draw_fairness",
+    "draw_inner_products",
+    "draw_isophotes",
+    "draw_kkt",
+    "draw_mesh",
+    "draw_net",
+    "draw_outlines",
+    "draw_path",
+    "draw_sphere",
+    "draw_sphere_curve",
+    "draw_sphere_points",
+    "draw_zebra",
+    "eight_ellipses",
+    "ellipse",
+    "facing",
+    "fit_height",
+    "letter_k",
+    "method_style",
+    "new_figure",
+    "on_sphere",
+    "sample_patch",
+    "view_from",
+]

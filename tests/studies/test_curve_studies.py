@@ -1,16 +1,10 @@
 """The studies of motion curves in their quick form, with figures pinned."""
 
-from typing import Any
-
 import pytest
+from studied import table
 
 from studies.curves import curve_constraints, motion_curves
-from symmotion.report import StudyOptions, StudyResult
-
-
-def table(result: StudyResult, name: str) -> list[dict[str, Any]]:
-    found = next(t for t in result.tables if t.name == name)
-    return [dict(zip([c.name for c in found.columns], row, strict=True)) for row in found.rows]
+from symmotion.report import StudyOptions
 
 
 def test_gallery_of_motion_curves():

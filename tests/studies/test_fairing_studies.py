@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure as Canvas
+from studied import table
 
 import symmotion as sm
 from studies.fairing import fairing_methods, fairing_nets, fairing_spatial, fairing_spherical, tool_path
 from symmotion.bodies.quads import grid_mesh, joined, jug, read_teapot
 from symmotion.fairing import fair
-from symmotion.motions.nets import noisy_net, smooth_net
+from symmotion.motions import noisy_net, smooth_net
 from symmotion.report import StudyOptions
 from symmotion.views.fairing_figures import (
     draw_bodies,
@@ -25,11 +26,6 @@ from symmotion.views.fairing_figures import (
 )
 
 NET = noisy_net(smooth_net(9, 8, spatial=True), 0.02, translation=0.05)
-
-
-def table(result, name) -> list[dict[str, Any]]:
-    found = next(t for t in result.tables if t.name == name)
-    return [dict(zip([c.name for c in found.columns], row, strict=True)) for row in found.rows]
 
 
 def test_spherical_reaches_the_papers_fairness_in_about_its_steps():

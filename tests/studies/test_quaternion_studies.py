@@ -1,22 +1,16 @@
 """The quaternion studies in their quick form, each with a figure pinned."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from studied import certified
-from studied import table as typed_table
+from studied import certified, table
 
 import symmotion as sm
 from studies.quaternions import boomerang, keyframe_body, quaternion_curves, quaternion_speed, torque
 from studies.recorded import plates
 from studies.sweeps import sweep
 from symmotion.report import StudyOptions
-
-
-def table(result, name) -> list[dict[str, Any]]:
-    return typed_table(result, name)
 
 
 def test_quaternion_curves():

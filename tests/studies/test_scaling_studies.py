@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 import pytest
+from studied import table
 
 import symmotion as sm
 from studies.solving import interactive, scaling
 from studies.solving.scaling_alternatives import Answer, OptiIpopt, Sqpmethod, Tables, TrustConstr, expressions, judge
 from studies.solving.scaling_fatrop import Fatrop
-from studies.solving.scaling_limit import REST, Rates, Work, divide, operations, spent, work
+from studies.solving.scaling_limit import ONCE, PHASES, REST, Rates, Work, divide, operations, prepared, spent, work
 from studies.solving.scaling_tables import METHODS, OURS, slope
 from studies.solving.scaling_worker import Budget, Measurement, measure, timed
 from symmotion.program import Evaluator
@@ -23,11 +24,6 @@ from symmotion.systems import Condensed
 KEYS = sm.examples.random_keyframes(5, 40, 0)
 OTHERS = (OptiIpopt("SX"), OptiIpopt("MX"), Sqpmethod(), Fatrop(), TrustConstr())
 PLENTY = Budget(60.0, 8192)
-
-
-def table(result, name):
-    found = next(t for t in result.tables if t.name == name)
-    return [dict(zip([c.name for c in found.columns], row, strict=True)) for row in found.rows]
 
 
 @pytest.fixture(scope="module")
@@ -171,6 +167,7 @@ def test_time_is_divided_up_completely():
     whole = time.perf_counter() - began
     assert 0.3 * whole < sum(parts.values()) <= whole
     assert all(v > 0 for v in parts.values())
+    assert set(parts) == {*PHASES, REST}
     idle = spent(lambda: time.sleep(0.02))
     assert idle[REST] == pytest.approx(sum(idle.values()))
     assert idle[REST] >= 0.02
@@ -181,6 +178,16 @@ def test_division_adds_up_to_its_excess():
     assert sum(map(division.excess, division.compiled)) == pytest.approx(100)
     assert limit.seconds(len(KEYS)) == pytest.approx(sum(division.limit.values()))
     assert division.factor("interpreted") > 1
+    assert set(division.compiled) == {*PHASES, ONCE, REST}
+
+
+def test_a_solve_makes_nothing_of_what_is_made_once():
+    program = prepared(sm.examples.random_keyframes(20, 40, 0))
+    made = dict(program.structure)
+    assert made
+    sm.ExactNewton(kernels="interpreted", threads=1).solve(program).require()
+    assert program.structure.keys() == made.keys()
+    assert all(program.structure[name] is value for name, value in made.items())
 
 
 def test_scaling_study_in_small():

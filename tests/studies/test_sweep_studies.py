@@ -1,14 +1,10 @@
 """The studies of sweeps in their quick form, with figures pinned."""
 
 import pytest
+from studied import table
 
 from studies.sweeps import sweep_surfaces, swept_volumes
 from symmotion.report import StudyOptions
-
-
-def table(result, name):
-    found = next(t for t in result.tables if t.name == name)
-    return [dict(zip([c.name for c in found.columns], row, strict=True)) for row in found.rows]
 
 
 def test_sweep_surfaces():
