@@ -1,13 +1,15 @@
 """Bézier curves, de Casteljau's construction, and rational quadratics."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from math import comb
 
 import numpy as np
 
+from symmotion.checks import numbers, read_only, whole
 from symmotion.errors import InputError
+from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
+from symmotion.values import value
 
 
 def bernstein(degree: int, u, nu: int = 0) -> np.ndarray:
@@ -45,16 +47,16 @@ def de_casteljau(control_points, u: float) -> tuple[np.ndarray, ...]:
     return tuple(levels)
 
 
-def check_domain(domain) -> tuple[float, float]:
+def check_domain(domain, what: str = "domain") -> tuple[float, float]:
     """The two ends of a domain as floats; InputError unless finite and increasing."""
-    ends = np.asarray(domain, dtype=float)
+    ends = numbers(domain, what)
     if ends.shape != (2,) or not np.isfinite(ends).all() or ends[0] >= ends[1]:
-        raise InputError(f"domain {domain!r}: two finite times, the first before the second, are needed")
+        raise InputError(f"{what} {domain!r}: two finite times, the first before the second, are needed")
     return float(ends[0]), float(ends[1])
 
 
 def _check_points(control_points) -> np.ndarray:
-    points = np.asarray(control_points, dtype=float)
+    points = numbers(control_points, "control points")
     if points.ndim == 0 or not len(points):
         raise InputError("control points: an array with one row per point is needed")
     finite = np.isfinite(points.reshape(len(points), -1)).all(axis=1)
@@ -63,7 +65,7 @@ def _check_points(control_points) -> np.ndarray:
     return points
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class RationalQuadratic:
     """The conic arc (P₀ (1−u)² + 2 w P₁ u (1−u) + P₂ u²) / ((1−u)² + 2 w u (1−u) + u²) (lecture notes).
 
@@ -84,8 +86,13 @@ class RationalQuadratic:
                 f"weight {self.weight!r}: must be above −1, where the arc passes through infinity "
                 "(below 1 an ellipse, 1 a parabola, above 1 a hyperbola)"
             )
-        object.__setattr__(self, "control_points", points)
+        object.__setattr__(self, "control_points", read_only(points))
+        object.__setattr__(self, "weight", float(self.weight))
         object.__setattr__(self, "domain", check_domain(self.domain))
+
+    def __repr__(self) -> str:
+        a, b = self.domain
+        return f"RationalQuadratic({self.kind}, weight {self.weight:g}, times {a:g} to {b:g})"
 
     @property
     def kind(self) -> str:
@@ -108,8 +115,7 @@ class RationalQuadratic:
 
         From (w x)⁽ᵏ⁾ = Σ C(k, i) w⁽ⁱ⁾ x⁽ᵏ⁻ⁱ⁾. Raises InputError outside the domain unless `extrapolate`.
         """
-        if nu < 0:
-            raise InputError(f"derivative order {nu}: must be 0 or more")
+        nu = whole(nu, 0, "derivative order")
         jets = [self.homogeneous(t, k, extrapolate) for k in range(min(nu, 2) + 1)]
         derivatives: list[np.ndarray] = []
         for k in range(nu + 1):
@@ -127,3 +133,5 @@ class RationalQuadratic:
                 "take .homogeneous, its B-spline form with the weight as last coordinate"
             )
         return bezier(self.control_points, self.domain)
+
+    save = save

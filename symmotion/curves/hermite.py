@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.checks import choice, numbers
 from symmotion.errors import InputError
 from symmotion.splines import BSplineBasis, Spline, check_times
 
@@ -102,8 +103,7 @@ def kochanek_bartels(
     (M,), each in [−1, 1]. ends: see `catmull_rom`. An end key has one chord only: tension shortens
     its second-order slope, continuity and bias mean nothing there and must be 0 where given per key.
     """
-    if ends not in ENDS:
-        raise InputError(f"end condition {ends!r} is unknown; there are {', '.join(ENDS)}")
+    choice(ends, ENDS, "end condition")
     times, values = check_keys(times, values, 3 if ends in ("second-order", "periodic") else 2, f" for {ends} ends")
     if (ends == "clamped") != (end_slopes is not None):
         raise InputError("end_slopes go with clamped ends, and clamped ends need them")
@@ -149,7 +149,7 @@ def _tcb_slopes(steps, chords, t, c, b) -> tuple[np.ndarray, np.ndarray]:
 
 def check_keys(times, values, least: int, what: str = "") -> tuple[np.ndarray, np.ndarray]:
     """Times (M,) and values (M, …) of keys as arrays; InputError names what is wrong with them."""
-    times, values = check_times(times, "key"), np.asarray(values, dtype=float)
+    times, values = check_times(times, "key"), numbers(values, "values")
     if values.ndim == 0 or len(values) != len(times):
         raise InputError(f"values of shape {values.shape} for {len(times)} times: one row per key is needed")
     if len(times) < least:
@@ -168,7 +168,7 @@ def _require_closed(times: np.ndarray, values: np.ndarray) -> None:
 
 
 def _like(slopes, values: np.ndarray, what: str) -> np.ndarray:
-    slopes = np.asarray(slopes, dtype=float)
+    slopes = numbers(slopes, what)
     if slopes.shape != values.shape:
         raise InputError(f"{what} of shape {slopes.shape}: {values.shape}, one per key, is needed")
     if not np.isfinite(slopes).all():
@@ -178,7 +178,7 @@ def _like(slopes, values: np.ndarray, what: str) -> np.ndarray:
 
 def _shape_parameter(name: str, given, count: int, closed: bool) -> np.ndarray:
     """(M,) tension, continuity or bias; InputError names the key where it is outside its meaning, and why."""
-    values = np.asarray(given, dtype=float)
+    values = numbers(given, name)
     if values.shape not in ((), (count,)):
         raise InputError(f"{name} of shape {values.shape}: one number, or one for each of the {count} keys, is needed")
     per_key = np.broadcast_to(values, count)

@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 from math import factorial
-from typing import Any, overload
+from typing import overload
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion.checks import numbers
 from symmotion.curves.bezier import bezier, check_domain
 from symmotion.curves.symbolic import SYMBOLIC, SymbolicSpline
 from symmotion.errors import InputError
@@ -50,11 +52,9 @@ def polynomial_segment(
     conditions: Conditions, values: ca.SX | ca.MX, domain: tuple[float, float] = ...
 ) -> SymbolicSpline: ...
 @overload
+def polynomial_segment(conditions: Conditions, values: ArrayLike, domain: tuple[float, float] = ...) -> Spline: ...
 def polynomial_segment(
-    conditions: Conditions, values: Sequence[Any] | np.ndarray, domain: tuple[float, float] = ...
-) -> Spline: ...
-def polynomial_segment(
-    conditions: Conditions, values: Any, domain: tuple[float, float] = (0.0, 1.0)
+    conditions: Conditions, values: ca.SX | ca.MX | ArrayLike, domain: tuple[float, float] = (0.0, 1.0)
 ) -> Spline | SymbolicSpline:
     """The polynomial of degree L with x⁽ᵒ⁾(t) = value for each of L + 1 constraints (t, o).
 
@@ -64,11 +64,10 @@ def polynomial_segment(
     Raises InputError for a singular list, with a polynomial that the constraints do not see.
     """
     checked, domain = _check(conditions), check_domain(domain)
-    symbolic = isinstance(values, SYMBOLIC)
-    given = values if symbolic else np.asarray(values, dtype=float)
+    given = values if isinstance(values, SYMBOLIC) else numbers(values, "values")
     if not given.shape or given.shape[0] != len(checked):
         raise InputError(f"values of shape {given.shape} for {len(checked)} constraints: one row each is needed")
-    if not symbolic and not np.isfinite(given).all():
+    if isinstance(given, np.ndarray) and not np.isfinite(given).all():
         raise InputError("the constraints' values must be finite")
     # In the Bernstein basis over the constraints' own interval, which is far better conditioned than powers.
     hull = _hull(checked)
@@ -79,10 +78,9 @@ def polynomial_segment(
         controls = np.linalg.solve(
             BSplineBasis.clamped(domain, len(checked) - 1)(points), _bernstein(hull, len(checked), points) @ controls
         )
-    if symbolic:
-        return SymbolicSpline(
-            BSplineBasis.clamped(domain, len(checked) - 1).knots, ca.DM(controls) @ values, len(checked) - 1
-        )
+    if isinstance(given, SYMBOLIC):
+        knots = ca.DM(BSplineBasis.clamped(domain, len(checked) - 1).knots)
+        return SymbolicSpline(knots, ca.DM(controls) @ given, len(checked) - 1)
     return bezier(np.tensordot(controls, given, axes=1), domain)
 
 

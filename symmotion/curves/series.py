@@ -1,19 +1,19 @@
 """Truncated Taylor series: how derivatives of any order pass through products, roots and compositions."""
 
+from collections.abc import Callable
 from math import factorial
-from typing import Any
 
 import numpy as np
 
 Series = list[np.ndarray]  # Taylor coefficients, lowest first, each an array over the points of expansion
 
 
-def taylor(curve: Any, t: np.ndarray, order: int) -> Series:
+def taylor(curve: Callable[[np.ndarray, int], np.ndarray], t: np.ndarray, order: int) -> Series:
     """The series of a curve about the times t, up to an order."""
     return [np.asarray(curve(t, k)) / factorial(k) for k in range(order + 1)]
 
 
-def product(a: Series, b: Series, times: Any = np.multiply) -> Series:
+def product(a: Series, b: Series, times: Callable = np.multiply) -> Series:
     """The series of the product of two; `times` multiplies coefficients."""
     return [np.sum([times(a[i], b[k - i]) for i in range(k + 1)], axis=0) for k in range(min(len(a), len(b)))]
 
@@ -35,7 +35,7 @@ def reciprocal(a: Series) -> Series:
     return inverse
 
 
-def _divide(a: Any, b: np.ndarray) -> np.ndarray:
+def _divide(a: np.ndarray | float, b: np.ndarray) -> np.ndarray:
     """a / b, NaN where b is zero."""
     return np.divide(a, b, out=np.full_like(b, np.nan), where=b != 0)
 

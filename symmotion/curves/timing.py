@@ -1,16 +1,20 @@
 """How a curve is passed in time: speed, arc length, constant speed, slow-in and slow-out."""
 
-from dataclasses import dataclass
+import os
 from functools import cached_property
 from math import factorial
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion.checks import numbers, whole
 from symmotion.curves.bezier import bezier, check_domain
 from symmotion.curves.series import compose, product, reciprocal, root, taylor
 from symmotion.errors import InputError
+from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
+from symmotion.values import value
 
 
 class Curve(Protocol):
@@ -26,10 +30,12 @@ class Curve(Protocol):
 
     def to_bspline(self) -> Spline: ...
 
+    def save(self, path: str | os.PathLike[str]) -> None: ...
+
 
 def speed(curve: Curve, t) -> np.ndarray:
     """‖x'(t)‖, the shape of t; of a scalar curve |x'(t)|."""
-    t = np.asarray(t, dtype=float)
+    t = numbers(t, "times")
     return np.linalg.norm(curve(t, 1).reshape(*t.shape, -1), axis=-1)
 
 
@@ -60,7 +66,7 @@ def _lengths(curve: Curve, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     return lengths
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class ArcParameter:
     """The parameter of a curve as a function of the arc length passed, scaled to a domain: a warp of constant speed.
 
@@ -75,6 +81,10 @@ class ArcParameter:
         if not self.length > 0:
             raise InputError("the curve has no length: it stays at one point")
         object.__setattr__(self, "domain", (0.0, self.length) if self.domain is None else check_domain(self.domain))
+
+    def __repr__(self) -> str:
+        a, b = self.domain
+        return f"ArcParameter(length {self.length:g} of {self.curve!r}, {a:g} to {b:g})"
 
     @cached_property
     def _table(self) -> tuple[np.ndarray, np.ndarray]:
@@ -140,7 +150,7 @@ class ArcParameter:
         return u
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Retimed:
     """The curve x(w(t)): the same path, passed as the warp w says.
 
@@ -162,6 +172,10 @@ class Retimed:
                 f"the warp leads from {ends[0]:g} to {ends[1]:g}, which is not in the curve's domain [{a:g}, {b:g}]"
             )
 
+    def __repr__(self) -> str:
+        a, b = self.domain
+        return f"Retimed({self.curve!r}, times {a:g} to {b:g})"
+
     @property
     def domain(self) -> tuple[float, float]:
         return self.warp.domain
@@ -171,14 +185,13 @@ class Retimed:
         """The borders between which the curve is smooth."""
         inner = self.curve.breakpoints[1:-1]
         if isinstance(self.warp, ArcParameter):
-            return self.warp.breakpoints if self.warp.curve is self.curve else self.warp.preimages(inner)
-        times = [self.warp.breakpoints, *(_solutions(self.warp, value) for value in inner)]
+            return self.warp.breakpoints if self.warp.curve == self.curve else self.warp.preimages(inner)
+        times = [self.warp.breakpoints, *(solutions(self.warp, value) for value in inner)]
         return _distinct(np.concatenate(times))
 
     def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
         """The nu-th derivative at t; raises InputError outside the domain, `extrapolate` or not."""
-        if nu < 0:
-            raise InputError(f"derivative order {nu}: must be 0 or more")
+        nu = whole(nu, 0, "derivative order")
         t = _inside(t, self.domain)
         inner = taylor(self.warp, t, nu)
         inner[0] = _inside(inner[0], self.curve.domain)
@@ -198,6 +211,8 @@ class Retimed:
         knots = np.concatenate([breaks[:1], np.repeat(breaks, degree), breaks[-1:]])
         joined = np.concatenate([controls[:, :-1].reshape(-1, controls.shape[2]), controls[-1, -1:]])
         return Spline(BSplineBasis(knots, degree), joined.reshape(-1, *inner.control_points.shape[1:]))
+
+    save = save
 
 
 def constant_speed(curve: Curve, domain: tuple[float, float] | None = None) -> Retimed:
@@ -221,7 +236,7 @@ def slow_in_out(
         raise InputError(
             f"slow_in {slow_in!r} and slow_out {slow_out!r}: shares ≥ 0 with a sum of at most 1 are needed"
         )
-    ends = np.asarray(values, dtype=float)
+    ends = numbers(values, "values")
     if ends.shape != (2,) or not np.isfinite(ends).all():
         raise InputError(f"values {values!r}: the two values that the warp leads from and to are needed")
     # Greville points of the controls on the line of constant speed, which crosses 0 and 1 half-way through the ramps.
@@ -237,14 +252,12 @@ def slow_in_out(
 
 def smooth_step(order: int = 1, domain: tuple[float, float] = (0.0, 1.0)) -> Spline:
     """The time warp from 0 to 1 of degree 2 k + 1 whose first k derivatives are zero at both ends; k = `order`."""
-    if isinstance(order, bool) or int(order) != order or order < 0:
-        raise InputError(f"order {order!r}: a whole number, 0 or more, is needed")
-    return bezier(np.repeat([0.0, 1.0], int(order) + 1), domain)
+    return bezier(np.repeat([0.0, 1.0], whole(order, 0, "order") + 1), domain)
 
 
-def _inside(t: Any, domain: tuple[float, float]) -> np.ndarray:
+def _inside(t: ArrayLike, domain: tuple[float, float]) -> np.ndarray:
     """t as an array, brought into the domain where only rounding leads out of it; else InputError."""
-    t, (a, b) = np.asarray(t, dtype=float), domain
+    t, (a, b) = numbers(t, "times"), domain
     slack = 1e-12 * max(abs(a), abs(b), b - a)
     inside = (t >= a - slack) & (t <= b + slack)
     if not inside.all():
@@ -252,7 +265,7 @@ def _inside(t: Any, domain: tuple[float, float]) -> np.ndarray:
     return np.clip(t, a, b)
 
 
-def _solutions(warp: Spline, value: float) -> np.ndarray:
+def solutions(warp: Spline, value: float) -> np.ndarray:
     """The times at which a scalar spline takes a value."""
     from scipy.interpolate import BSpline, PPoly  # here: see Spline._scipy
 

@@ -1,15 +1,17 @@
 """Keyframes and motions: numbers in, numbers out."""
 
 from symmotion.motions import examples
-from symmotion.motions.affine import Affine, AffineMotion
+from symmotion.motions.affine import AffineMotion
 from symmotion.motions.dual import DualQuaternions
-from symmotion.motions.keyframes import PARAMETRISATIONS, Keyframes, as_rotations
+from symmotion.motions.keyframes import PARAMETRISATIONS, Keyframe, Keyframes, as_keyframes
 from symmotion.motions.morphing import copy_deviations, keyframes_from_copies
-from symmotion.motions.motion import Motion
+from symmotion.motions.motion import Motion, Moving
 from symmotion.motions.nets import noisy_net, smooth_net
 from symmotion.motions.pose import PoseMotion
+from symmotion.motions.position import Affine
 from symmotion.motions.rational import CurveMotion, RationalMotion
 from symmotion.motions.rigid import RigidSamples, orthonormalise, polar_factors
+from symmotion.motions.rotations import as_rotations
 from symmotion.motions.two_parameter import TwoParameterMotion
 
 __all__ = [
@@ -18,12 +20,15 @@ __all__ = [
     "AffineMotion",
     "CurveMotion",
     "DualQuaternions",
+    "Keyframe",
     "Keyframes",
     "Motion",
+    "Moving",
     "PoseMotion",
     "RationalMotion",
     "RigidSamples",
     "TwoParameterMotion",
+    "as_keyframes",
     "as_rotations",
     "copy_deviations",
     "examples",

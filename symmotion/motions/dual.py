@@ -1,15 +1,16 @@
 """Dual quaternions: rotations and translations as homogeneous coordinates, scalar-first."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.checks import numbers, read_only
 from symmotion.errors import InputError
-from symmotion.motions.affine import Affine
-from symmotion.motions.keyframes import as_rotations
+from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
+from symmotion.motions.rotations import as_rotations
+from symmotion.values import value
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -20,7 +21,7 @@ def as_quaternion(vector: np.ndarray) -> np.ndarray:
     return np.concatenate([np.zeros((*vector.shape[:-1], 1)), vector], axis=-1)
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class DualQuaternions:
     """Displacements x ↦ Q x Q⁻¹ + d as pairs Q + ε Q⁰ with Q⁰ = ½ d Q (PCG (7), (8)).
 
@@ -36,10 +37,10 @@ class DualQuaternions:
     dual: np.ndarray = None  # pyright: ignore[reportAssignmentType]
 
     def __post_init__(self):
-        real = np.array(self.real, dtype=float)
+        real = numbers(self.real, "quaternions")
         if real.ndim == 0 or real.shape[-1] != 4:
             raise InputError(f"quaternions of shape {real.shape}: (…, 4) is needed, scalar first")
-        dual = np.zeros_like(real) if self.dual is None else np.array(self.dual, dtype=float)
+        dual = np.zeros_like(real) if self.dual is None else numbers(self.dual, "dual parts")
         if dual.shape != real.shape:
             raise InputError(f"dual parts of shape {dual.shape}: {real.shape}, that of the real parts, is needed")
         for bad, word in (
@@ -48,8 +49,12 @@ class DualQuaternions:
         ):
             if bad.any():
                 raise InputError(f"quaternion {_place(bad)} {word}")
-        object.__setattr__(self, "real", real)
-        object.__setattr__(self, "dual", dual)
+        object.__setattr__(self, "real", read_only(real))
+        object.__setattr__(self, "dual", read_only(dual))
+
+    def __repr__(self) -> str:
+        kind = "spatial" if self.dual.any() else "spherical"
+        return f"DualQuaternions({kind}, {' × '.join(map(str, self.shape)) or 'one'})"
 
     @staticmethod
     def of(real: ArrayLike, dual: ArrayLike | None) -> "DualQuaternions":

@@ -1,24 +1,57 @@
 """Keyframes: the affine positions that a motion has to take, and when."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+import os
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple, overload
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion.checks import choice, numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.pictures import as_html
+from symmotion.motions.position import Affine, in_line
+from symmotion.motions.rotations import as_quaternions, as_rotations, to_rotation
 from symmotion.splines import check_times
+from symmotion.values import content, same, value
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from scipy.spatial.transform import Rotation
+    from scipy.spatial.transform import RigidTransform, Rotation
 
     from symmotion.bodies.outlines import Body
+    from symmotion.motions.rotations import Rotations
 
 PARAMETRISATIONS = ("uniform", "chordal", "centripetal")
 
 
-@dataclass(frozen=True, eq=False)
+class Keyframe(NamedTuple):
+    """One affine position x ↦ v + A x, and when: it unpacks as (time, linear (d, d), translation (d,))."""
+
+    time: float
+    linear: np.ndarray
+    translation: np.ndarray
+
+    @property
+    def position(self) -> Affine:
+        """The position without its time, which moves points and has a matrix."""
+        return Affine(self.linear, self.translation)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Keyframe) and same(tuple(self), tuple(other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash(content(tuple(self)))
+
+    def __repr__(self) -> str:
+        linear, translation = in_line(self.linear), in_line(self.translation)
+        return f"Keyframe(time {self.time:g}, linear {linear}, translation {translation})"
+
+
+@value
 class Keyframes:
     """M affine positions x ↦ v_i + A_i x at times t_i, in dimension d = 2 or 3.
 
@@ -33,26 +66,53 @@ class Keyframes:
 
     def __post_init__(self):
         linear, translation = _check_positions(self.linear, self.translation)
-        times = np.array(check_times(self.times))
+        times = check_times(self.times)
         if len(times) != len(linear):
             raise InputError(f"{len(times)} times for {len(linear)} linear parts: one of each per keyframe is needed")
-        for name, value in (("times", times), ("linear", linear), ("translation", translation)):
-            value.flags.writeable = False
-            object.__setattr__(self, name, value)
+        for name, array in (("times", times), ("linear", linear), ("translation", translation)):
+            object.__setattr__(self, name, read_only(array))
 
     @staticmethod
-    def parametrised(linear, translation=None, method: str = "centripetal", points=None, span=(0.0, 1.0)):
+    def of(
+        times: ArrayLike,
+        positions: "Rotations | Affine | RigidTransform",
+        translation: ArrayLike | None = None,
+        *,
+        scalar_first: bool = True,
+    ) -> "Keyframes":
+        """Keyframes of positions in any of their forms.
+
+        times: (M,) numbers, or dates or durations of NumPy, Python or an index of pandas, which
+            become seconds since the first.
+        positions: linear parts (M, d, d); unit quaternions (M, 4), scalar first unless it is said
+            that it is last; a SciPy `Rotation` or `RigidTransform` of M; homogeneous matrices (M, 4, 4) or an
+            `Affine` of M positions. translation: (M, d), where they have none of their own; zero when left out.
+        """
+        linear, own = _positions(positions, scalar_first)
+        if translation is None:
+            return Keyframes(check_times(times), linear, own)
+        if np.any(own):
+            raise InputError("the positions have translations of their own: leave translation out")
+        return Keyframes(check_times(times), linear, np.asarray(translation))
+
+    @staticmethod
+    def parametrised(
+        linear: ArrayLike,
+        translation: ArrayLike | None = None,
+        method: str = "centripetal",
+        points: ArrayLike | None = None,
+        span: tuple[float, float] = (0.0, 1.0),
+    ) -> "Keyframes":
         """Keyframes without times of their own, given times over `span` (HJK 2.2).
 
         method: "uniform", "chordal" (steps in proportion to δ_i) or "centripetal" (√δ_i), where
         δ_i² is the mean of ‖(v_{i+1} + A_{i+1} p) − (v_i + A_i p)‖² over the body points p.
         points: (P, d); the unit vectors and their opposites when left out.
         """
-        if method not in PARAMETRISATIONS:
-            raise InputError(f"parametrisation {method!r} is unknown; there are {', '.join(PARAMETRISATIONS)}")
+        choice(method, PARAMETRISATIONS, "parametrisation")
         linear, translation = _check_positions(linear, translation)
         d = linear.shape[-1]
-        points = np.concatenate([np.eye(d), -np.eye(d)]) if points is None else np.asarray(points, dtype=float)
+        points = np.concatenate([np.eye(d), -np.eye(d)]) if points is None else numbers(points, "body points")
         if points.ndim != 2 or points.shape[1] != d or not len(points) or not np.isfinite(points).all():
             raise InputError(f"body points of shape {points.shape}: finite, shape (P, {d}), P ≥ 1, is needed")
         positions = translation[:, None] + points @ linear.transpose(0, 2, 1)
@@ -68,9 +128,9 @@ class Keyframes:
         return Keyframes(span[0] + (span[1] - span[0]) * share, linear, translation)
 
     @staticmethod
-    def from_rotations(times, rotations: "Rotation", translation: Any = None) -> "Keyframes":
+    def from_rotations(times: ArrayLike, rotations: "Rotation", translation: ArrayLike | None = None) -> "Keyframes":
         """Rigid keyframes in 3D from a SciPy `Rotation` of M rotations and translations (M, 3)."""
-        return Keyframes(times, rotations.as_matrix().reshape(-1, 3, 3), translation)
+        return Keyframes.of(times, rotations, translation)
 
     @property
     def dimension(self) -> int:
@@ -84,19 +144,28 @@ class Keyframes:
     def __len__(self) -> int:
         return len(self.times)
 
-    def __getitem__(self, index) -> "Keyframes":
-        """The keyframes chosen by a slice or an array of indices; at least two."""
-        index = np.arange(len(self))[index]
-        return Keyframes(self.times[index], self.linear[index], self.translation[index])
+    @overload
+    def __getitem__(self, index: int | np.integer) -> Keyframe: ...
+    @overload
+    def __getitem__(self, index: slice | ArrayLike) -> "Keyframes": ...
+    def __getitem__(self, index: int | np.integer | slice | ArrayLike) -> "Keyframe | Keyframes":
+        """The keyframe at an index; those chosen by a slice or an array of indices or truths, at least two."""
+        chosen = np.arange(len(self))[index]  # pyright: ignore[reportArgumentType]
+        if np.ndim(chosen) == 0:
+            return Keyframe(float(self.times[chosen]), self.linear[chosen], self.translation[chosen])
+        return Keyframes(self.times[chosen], self.linear[chosen], self.translation[chosen])
+
+    def __iter__(self) -> Iterator[Keyframe]:
+        return (self[i] for i in range(len(self)))
 
     def __repr__(self) -> str:
         return f"Keyframes({len(self)} in {self.dimension}D, times {self.times[0]:g} to {self.times[-1]:g})"
 
-    def with_times(self, method: str = "centripetal", points=None) -> "Keyframes":
+    def with_times(self, method: str = "centripetal", points: ArrayLike | None = None) -> "Keyframes":
         """The same positions with times by `method` over the same span; see `parametrised`."""
         return Keyframes.parametrised(self.linear, self.translation, method, points, (self.times[0], self.times[-1]))
 
-    def moved(self, i: int, linear=None, translation=None) -> "Keyframes":
+    def moved(self, i: int, linear: ArrayLike | None = None, translation: ArrayLike | None = None) -> "Keyframes":
         """The same keyframes with number i given another linear part or translation."""
         if not -len(self) <= i < len(self):
             raise InputError(f"keyframe {i} does not exist: there are {len(self)}")
@@ -137,33 +206,68 @@ class Keyframes:
     _repr_html_ = as_html
 
 
-def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> "Rotation":
-    """(N, 3, 3) rotation matrices as a SciPy `Rotation`; InputError names the first that is none."""
-    from scipy.spatial.transform import Rotation  # here, since it is a fifth of the time of `import symmotion`
+def as_keyframes(
+    value: "Keyframes | RigidTransform | ArrayLike",
+    positions: "Rotations | Affine | RigidTransform | None" = None,
+    translation: ArrayLike | None = None,
+    *,
+    scalar_first: bool = True,
+    what: str = "keys",
+) -> Keyframes:
+    """The keyframes themselves, or those of times beside positions: what programs take as their first arguments.
 
-    if linear.shape[-1] != 3:
-        raise InputError("a rotation as a quaternion needs three dimensions")
-    error = np.abs(linear.transpose(0, 2, 1) @ linear - np.eye(3)).max(axis=(1, 2))
-    if (error > tolerance).any():
-        i = int(np.argmax(error > tolerance))
+    value: Keyframes; or times, with positions and translation as in `Keyframes.of`. what: the name
+    of the argument. Raises InputError for a path, saying how to read it, and for anything else.
+    """
+    require_no_path(value, what)
+    if isinstance(value, Keyframes):
+        if positions is not None or translation is not None:
+            raise InputError(f"{what} are Keyframes, which have positions of their own: leave the others out")
+        return value
+    if positions is None:
+        raise InputError(f"{what} of type {type(value).__name__}: Keyframes, or times beside positions, are needed")
+    return Keyframes.of(value, positions, translation, scalar_first=scalar_first)
+
+
+def require_no_path(value: object, what: str) -> None:
+    """InputError where a path stands for keyframes."""
+    if isinstance(value, str | os.PathLike):
+        path = os.fspath(value)
+        raise InputError(f"{what} {path!r} is a path: read_keyframes({path!r}) gives the keyframes in the file")
+
+
+def _positions(positions: "Rotations | Affine | RigidTransform", scalar_first: bool) -> Affine:
+    """Linear parts (M, d, d) and translations (M, d) of positions in any of their forms; none where they turn only."""
+    if isinstance(positions, Affine):
+        return positions
+    if hasattr(positions, "as_quat"):
+        matrices = numbers(positions.as_matrix(), "positions")  # pyright: ignore[reportAttributeAccessIssue]
+        return Affine(matrices.reshape(-1, 3, 3), np.zeros((matrices.size // 9, 3)))
+    if hasattr(positions, "as_matrix"):
+        matrices = numbers(positions.as_matrix(), "positions")  # pyright: ignore[reportAttributeAccessIssue]
+        return Affine.of(matrices.reshape(-1, 4, 4))
+    given = numbers(positions, "positions")
+    if given.ndim == 2 and given.shape[1] == 4:
+        q = as_quaternions(given, "quaternion", scalar_first=scalar_first)
+        return Affine(to_rotation(q).as_matrix(), np.zeros((len(q), 3)))
+    if given.ndim == 3 and given.shape[1:] == (4, 4):
+        return Affine.of(given)
+    if given.ndim != 3 or given.shape[1:] not in ((2, 2), (3, 3)):
         raise InputError(
-            f"position {i} is not rigid: its linear part differs from an orthogonal matrix by {error[i]:.2g} "
-            f"(tolerance {tolerance:g})"
+            f"positions of shape {given.shape}: (M, d, d), d = 2 or 3, quaternions (M, 4) or homogeneous matrices "
+            "(M, 4, 4) are needed"
         )
-    if (np.linalg.det(linear) < 0).any():
-        i = int(np.argmax(np.linalg.det(linear) < 0))
-        raise InputError(f"position {i} is reflected (determinant −1): it is no rotation")
-    return Rotation.from_matrix(np.array(linear))  # a copy: older SciPy takes no read-only arrays
+    return Affine(given, np.zeros(given.shape[:2]))
 
 
-def _check_positions(linear, translation) -> tuple[np.ndarray, np.ndarray]:
-    linear = np.array(linear, dtype=float)
+def _check_positions(linear: ArrayLike, translation: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
+    linear = numbers(linear, "linear parts")
     if linear.ndim != 3 or linear.shape[1] != linear.shape[2] or linear.shape[1] not in (2, 3):
         raise InputError(f"linear parts of shape {linear.shape}: (M, 2, 2) or (M, 3, 3) is needed")
     m, d = linear.shape[:2]
     if m < 2:
         raise InputError(f"{m} keyframe{'s' * (m != 1)}: a motion needs at least 2")
-    translation = np.zeros((m, d)) if translation is None else np.array(translation, dtype=float)
+    translation = np.zeros((m, d)) if translation is None else numbers(translation, "translations")
     if translation.shape != (m, d):
         raise InputError(f"translations of shape {translation.shape} for {m} keyframes in {d}D: ({m}, {d}) is needed")
     finite = np.isfinite(linear).all(axis=(1, 2)) & np.isfinite(translation).all(axis=1)

@@ -1,15 +1,20 @@
 """Affine keyframes out of affine copies of a shape, to morph the copies into each other (HJK 2.3, application 1)."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion.checks import numbers
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
+from symmotion.splines import check_times
 
 # Smallest over largest singular value, below which a shape or a copy counts as flat.
 FLAT = 1e-9
 
 
-def keyframes_from_copies(shape, copies, *, times=None, method: str = "centripetal") -> Keyframes:
+def keyframes_from_copies(
+    shape: ArrayLike, copies: ArrayLike, *, times: ArrayLike | None = None, method: str = "centripetal"
+) -> Keyframes:
     """The affine keyframes that carry a shape closest to its copies: least Σ_p ‖v_i + A_i p − copy_i(p)‖².
 
     shape: (P, d) its points (of a polygon, or the control points of a Bézier outline), P ≥ d + 1;
@@ -31,10 +36,10 @@ def keyframes_from_copies(shape, copies, *, times=None, method: str = "centripet
         raise InputError(f"copy {i} is flat: its points lie in a line or plane, no motion through it keeps the shape")
     if times is None:
         return Keyframes.parametrised(linear, translation, method, shape)
-    return Keyframes(times, linear, translation)
+    return Keyframes(check_times(times), linear, translation)
 
 
-def copy_deviations(keyframes: Keyframes, shape, copies) -> np.ndarray:
+def copy_deviations(keyframes: Keyframes, shape: ArrayLike, copies: ArrayLike) -> np.ndarray:
     """(M,) root mean square distance of each copy's points from the shape as the keyframe carries it."""
     shape, copies = _check(shape, copies)
     if len(copies) != len(keyframes) or shape.shape[1] != keyframes.dimension:
@@ -43,8 +48,8 @@ def copy_deviations(keyframes: Keyframes, shape, copies) -> np.ndarray:
     return np.sqrt(((carried - copies) ** 2).sum(axis=2).mean(axis=1))
 
 
-def _check(shape, copies) -> tuple[np.ndarray, np.ndarray]:
-    shape, copies = np.asarray(shape, dtype=float), np.asarray(copies, dtype=float)
+def _check(shape: ArrayLike, copies: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    shape, copies = numbers(shape, "shape"), numbers(copies, "copies")
     if shape.ndim != 2 or shape.shape[1] not in (2, 3) or not np.isfinite(shape).all():
         raise InputError(f"a shape of {shape.shape}: finite points (P, 2) or (P, 3) are needed")
     if copies.ndim != 3 or copies.shape[1:] != shape.shape:

@@ -1,14 +1,21 @@
 """What every motion can do, spline or not."""
 
-from typing import Protocol
+import os
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from symmotion.motions.affine import Affine
+from symmotion.motions.position import Affine, homogeneous
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Value = TypeVar("Value", covariant=True)
 
 
-class Motion(Protocol):
-    """A motion x ↦ v(t) + A(t) x that is called as `AffineMotion` is."""
+class Moving(Protocol):
+    """What functions of this library ask of a motion x ↦ v(t) + A(t) x, of one that you write yourself too."""
 
     @property
     def dimension(self) -> int: ...
@@ -16,10 +23,60 @@ class Motion(Protocol):
     @property
     def domain(self) -> tuple[float, float]: ...
 
-    def __call__(self, t, nu: int = 0) -> Affine:
+    def __call__(self, t: ArrayLike, nu: int = 0, /) -> Affine:
         """The nu-th derivative at times t: linear t.shape + (d, d), translation t.shape + (d,)."""
         ...
 
-    def trajectory(self, points, t, nu: int = 0) -> np.ndarray:
+
+class Motion(Protocol[Value]):
+    """What the motions of this library have in common.
+
+    Called, it says what it is made of: Motion[Affine] positions, as `AffineMotion` does,
+    Motion[np.ndarray] unit quaternions. `matrix` and `trajectory` are alike for all; an
+    orientation alone turns about the origin.
+    """
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        ...
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """The times at which it begins and ends."""
+        ...
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        """(B,) increasing, from end to end: the times between which it is smooth."""
+        ...
+
+    def __call__(self, t: ArrayLike, nu: int = 0) -> Value:
+        """The nu-th derivative at times t, of any shape; InputError outside the domain."""
+        ...
+
+    def matrix(self, t: ArrayLike, nu: int = 0) -> np.ndarray:
+        """The nu-th derivative of the homogeneous matrix ((A, v), (0, 1)) at times t: t.shape + (d + 1, d + 1)."""
+        ...
+
+    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
         """The nu-th derivative of the paths of body points (P, d) at times t: shape t.shape + (P, d)."""
         ...
+
+    def plot(self, axes: "Axes | None" = None) -> "Axes":
+        """Its picture; returns the axes."""
+        ...
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write it as JSON, exactly, for `load`."""
+        ...
+
+
+def matrix(self: Moving, t: ArrayLike, nu: int = 0) -> np.ndarray:
+    """The nu-th derivative of the homogeneous matrix ((A, v), (0, 1)) at times t: t.shape + (d + 1, d + 1)."""
+    return homogeneous(self(t, nu), float(nu == 0))
+
+
+def trajectory(self: Moving, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
+    """The nu-th derivative of the paths of body points (P, d) at times t: shape t.shape + (P, d)."""
+    return self(t, nu)(np.atleast_2d(points))

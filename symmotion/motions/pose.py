@@ -1,18 +1,19 @@
 """Pose motions: a quaternion curve for the orientation and a spline for the position."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
-from symmotion.motions.affine import Affine
+from symmotion.motions.motion import matrix, trajectory
 from symmotion.motions.pictures import as_html, plot_positions
-from symmotion.motions.quaternions.algebra import rotate, skew
-from symmotion.motions.quaternions.curve import QuaternionMotion
+from symmotion.motions.position import Affine
+from symmotion.motions.quaternions.curve import QuaternionMotion, turned
+from symmotion.saving import save
 from symmotion.splines import Spline
+from symmotion.values import value
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class PoseMotion:
     """The rigid motion x ↦ v(t) + q(t) x q(t)⁻¹.
 
@@ -41,31 +42,28 @@ class PoseMotion:
     def domain(self) -> tuple[float, float]:
         return self.orientation.domain
 
+    @property
+    def breakpoints(self) -> np.ndarray:
+        """The borders of the pieces of orientation and translation, ends of the domain included."""
+        a, b = self.domain
+        both = np.union1d(self.orientation.breakpoints, self.translation.breakpoints)
+        return np.concatenate([[a], both[(both > a) & (both < b)], [b]])
+
     def __repr__(self) -> str:
         a, b = self.domain
         return f"PoseMotion(times {a:g} to {b:g})"
 
-    def __call__(self, t, nu: int = 0) -> Affine:
+    def __call__(self, t: ArrayLike, nu: int = 0) -> Affine:
         """The nu-th derivative (0 to 2) at times t: linear t.shape + (3, 3), translation t.shape + (3,).
 
         Ṙ = R [Ω]×, R̈ = R ([Ω]× [Ω]× + [Ω̇]×) with the body rate Ω.
         """
         if nu not in (0, 1, 2):
             raise InputError(f"derivative order {nu}: 0 to 2 is needed")
-        jet = self.orientation.jet(t, nu)
-        linear = np.swapaxes(rotate(jet.quaternion[..., None, :], np.eye(3)), -1, -2)
-        if jet.rate is not None:
-            spin = skew(jet.rate)
-            linear = linear @ (spin if jet.acceleration is None else spin @ spin + skew(jet.acceleration))
-        return Affine(linear, self.translation(t, nu))
+        return Affine(turned(self.orientation.jet(t, nu)), self.translation(t, nu))
 
-    def trajectory(self, points, t, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative of the paths of body points (P, 3) at times t: shape t.shape + (P, 3)."""
-        points = np.atleast_2d(np.asarray(points, dtype=float))
-        if points.shape[-1] != 3:
-            raise InputError(f"body points of shape {points.shape}: (P, 3) is needed")
-        linear, translation = self(t, nu)
-        return translation[..., None, :] + points @ np.swapaxes(linear, -1, -2)
-
+    matrix = matrix
+    trajectory = trajectory
+    save = save
     plot = plot_positions
     _repr_html_ = as_html

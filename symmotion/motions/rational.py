@@ -1,7 +1,6 @@
 """Rational motions: what follows from a dual quaternion and its derivatives, whatever they depend on."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import product as combinations
 from math import comb, prod
@@ -10,12 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.curves.timing import solutions
 from symmotion.errors import InputError
-from symmotion.motions.affine import Affine
 from symmotion.motions.dual import DualQuaternions
+from symmotion.motions.motion import matrix
 from symmotion.motions.pictures import as_html, plot_positions
+from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
+from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
+from symmotion.values import value
 
 if TYPE_CHECKING:
     from symmotion.motions.two_parameter import TwoParameterMotion
@@ -37,8 +40,8 @@ def positions(pairs: Callable[[Order], Pair], order: Order) -> Affine:
     if min(order) < 0:
         raise InputError(f"derivative orders {order!r}: 0 or more is needed")
     jet = {k: pairs(k) for k in _lower(order)}
-    value = quotient(lambda k: _homogeneous(jet, k), order)
-    return Affine(value[..., :3], value[..., 3])
+    both = quotient(lambda k: _homogeneous(jet, k), order)
+    return Affine(both[..., :3], both[..., 3])
 
 
 def quotient(parts: Callable[[Order], tuple[np.ndarray, np.ndarray]], order: Order) -> np.ndarray:
@@ -50,11 +53,11 @@ def quotient(parts: Callable[[Order], tuple[np.ndarray, np.ndarray]], order: Ord
     jet = {k: parts(k) for k in _lower(order)}
     zero = (0,) * len(order)
     extend = (...,) + (None,) * (jet[zero][0].ndim - jet[zero][1].ndim)
-    for k, (value, _) in jet.items():
+    for k, (part, _) in jet.items():
         for i in _lower(k):
             if any(i):
-                value = value - _binomial(k, i) * jet[i][1][extend] * values[_minus(k, i)]
-        values[k] = value / jet[zero][1][extend]
+                part = part - _binomial(k, i) * jet[i][1][extend] * values[_minus(k, i)]
+        values[k] = part / jet[zero][1][extend]
     return values[order]
 
 
@@ -86,17 +89,7 @@ def _binomial(n: Order, k: Order) -> int:
     return prod(comb(a, b) for a, b in zip(n, k, strict=True))
 
 
-def carried(position: Affine, points: ArrayLike) -> np.ndarray:
-    """(…, P, 3) where positions (…) (or their derivatives) take body points (P, 3); (…, 3) for one point (3,)."""
-    points = np.asarray(points, dtype=float)
-    if points.ndim not in (1, 2) or points.shape[-1] != 3:
-        raise InputError(f"body points of shape {points.shape}: (3,) or (P, 3) is needed")
-    if points.ndim == 1:
-        return position.translation + position.linear @ points
-    return position.translation[..., None, :] + points @ np.swapaxes(position.linear, -1, -2)
-
-
-@dataclass(frozen=True, eq=False)
+@value
 class RationalMotion:
     """The one-parameter motion Σ N_i(t) (Q_i + εQ⁰_i).
 
@@ -114,6 +107,10 @@ class RationalMotion:
             raise InputError(f"control quaternions of shape {pair.real.shape}: ({self.basis.n}, 4) is needed")
         object.__setattr__(self, "real", pair.real)
         object.__setattr__(self, "dual", None if self.dual is None else pair.dual)
+
+    def __repr__(self) -> str:
+        (a, b), kind = self.domain, "spherical" if self.spherical else "spatial"
+        return f"RationalMotion({kind}, degree {self.basis.degree}, {self.basis.n} controls, times {a:g} to {b:g})"
 
     @property
     def spherical(self) -> bool:
@@ -134,8 +131,17 @@ class RationalMotion:
         return RationalMotion(self.basis, real, dual)
 
     @property
+    def dimension(self) -> int:
+        return 3
+
+    @property
     def domain(self) -> tuple[float, float]:
         return self.basis.domain
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        """The borders of the spans, ends of the domain included."""
+        return self.basis.breakpoints
 
     @cached_property
     def _spline(self) -> Spline:
@@ -153,8 +159,10 @@ class RationalMotion:
 
     def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
         """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
-        return carried(self(t, nu), points)
+        return self(t, nu)(points)
 
+    matrix = matrix
+    save = save
     plot = plot_positions
     _repr_html_ = as_html
 
@@ -165,7 +173,7 @@ def _snapped(x: np.ndarray, low: float, high: float) -> np.ndarray:
     return np.where(np.abs(x - inside) <= slack, inside, x)
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class CurveMotion:
     """The one-parameter motion along a curve (u(t), v(t)) in the domain of a two-parameter motion.
 
@@ -180,9 +188,31 @@ class CurveMotion:
         if shape != (2,):
             raise InputError(f"a curve with control points of shape (n, *{shape}): (n, 2), u and v, is needed")
 
+    def __repr__(self) -> str:
+        a, b = self.domain
+        return f"CurveMotion(times {a:g} to {b:g}, in {self.surface!r})"
+
+    @property
+    def dimension(self) -> int:
+        return 3
+
     @property
     def domain(self) -> tuple[float, float]:
         return self.curve.domain
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        """The borders of the curve's pieces, and when it crosses a knot line of the two-parameter motion."""
+        a, b = self.domain
+        times = [self.curve.breakpoints]
+        for k, basis in enumerate(self.surface.bases):
+            coordinate = Spline(self.curve.basis, self.curve.control_points[:, k])
+            times += [solutions(coordinate, line) for line in basis.breakpoints[1:-1]]
+        found = np.unique(np.concatenate(times))
+        # A knot of the curve on a knot line is found twice, up to rounding.
+        inner = found[(found > a) & (found < b)]
+        inner = inner[np.diff(inner, prepend=a) > 1e-12 * (b - a)]
+        return np.concatenate([[a], inner[b - inner > 1e-12 * (b - a)], [b]])
 
     def __call__(self, t: ArrayLike, nu: int = 0) -> Affine:
         """The nu-th derivative, up to the second, at times t: linear t.shape + (3, 3), translation t.shape + (3,)."""
@@ -202,7 +232,9 @@ class CurveMotion:
 
     def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
         """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
-        return carried(self(t, nu), points)
+        return self(t, nu)(points)
 
+    matrix = matrix
+    save = save
     plot = plot_positions
     _repr_html_ = as_html

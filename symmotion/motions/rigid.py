@@ -1,14 +1,16 @@
 """Rigid output: the rotations closest to an affine motion (HJK 2.3, application 3)."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion.checks import numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
-from symmotion.motions.motion import Motion
+from symmotion.motions.motion import Moving
 from symmotion.motions.pictures import as_html
+from symmotion.values import value
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +29,7 @@ def polar_factors(linear: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return left @ right, np.swapaxes(right, -1, -2) @ (sizes[..., None] * right), sizes
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class RigidSamples:
     """A motion made rigid at some times.
 
@@ -39,6 +41,16 @@ class RigidSamples:
     rotations: np.ndarray
     translation: np.ndarray
     deviations: np.ndarray
+
+    def __post_init__(self):
+        for name in ("times", "rotations", "translation", "deviations"):
+            object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
+
+    def __repr__(self) -> str:
+        return (
+            f"RigidSamples({len(self.times)} in {self.translation.shape[-1]}D, times {self.times[0]:g} to "
+            f"{self.times[-1]:g}, deviation {self.deviation:.3g})"
+        )
 
     @property
     def deviation(self) -> float:
@@ -59,7 +71,7 @@ class RigidSamples:
     _repr_html_ = as_html
 
 
-def orthonormalise(motion: Motion, t) -> RigidSamples:
+def orthonormalise(motion: Moving, t: ArrayLike) -> RigidSamples:
     """The rigid positions closest to a motion at times t: polar factors of A(t) beside v(t).
 
     polar(A) = U Vᵀ with A = U Σ Vᵀ is the rotation of least ‖A − M‖ (Frobenius). t: (N,) times
@@ -68,7 +80,7 @@ def orthonormalise(motion: Motion, t) -> RigidSamples:
     Raises InputError that names the first time where A is singular or reflected: no rotation is
     closest there. Source: HJK 2.3; Shoemake and Duff 1992.
     """
-    times = np.atleast_1d(np.asarray(t, dtype=float))
+    times = np.atleast_1d(numbers(t, "times"))
     if times.ndim != 1 or not len(times):
         raise InputError(f"times of shape {times.shape}: shape (N,), N ≥ 1, is needed")
     linear, translation = motion(times)

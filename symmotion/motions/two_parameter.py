@@ -1,19 +1,21 @@
 """Two-parameter motions: tensor-product B-spline surfaces of (dual) quaternions."""
 
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.checks import choice
 from symmotion.errors import InputError
-from symmotion.motions.affine import Affine
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.pictures import as_html
+from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
-from symmotion.motions.rational import CurveMotion, Pair, RationalMotion, carried, positions, quotient
+from symmotion.motions.rational import CurveMotion, Pair, RationalMotion, positions, quotient
+from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
+from symmotion.values import value
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +25,7 @@ Knots = Literal["uniform", "clamped"] | BSplineBasis
 Side = Literal["u0", "u1", "v0", "v1"]
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class TwoParameterMotion:
     """The motion Σ N_i(u) N_j(v) (Q_ij + εQ⁰_ij): PCG (11), (12).
 
@@ -148,7 +150,7 @@ class TwoParameterMotion:
 
         PCG (13); u and v broadcast.
         """
-        return carried(self(u, v, nu), points)
+        return self(u, v, nu)(points)
 
     def rodrigues(
         self, u: ArrayLike, v: ArrayLike, nu: tuple[int, int] = (0, 0), reference: ArrayLike | None = None
@@ -186,9 +188,9 @@ class TwoParameterMotion:
         """The one-parameter motion of one parameter where the other is fixed, exactly."""
         if (u is None) == (v is None):
             raise InputError("one of u and v must be given")
-        basis, value = (self.u, u) if v is None else (self.v, v)
-        assert value is not None
-        row = basis(value)[0]
+        basis, where = (self.u, u) if v is None else (self.v, v)
+        assert where is not None
+        row = basis(where)[0]
         other = self.v if v is None else self.u
         subscripts = "i,ijk->jk" if v is None else "j,ijk->ik"
         dual = None if self.dual is None else np.einsum(subscripts, row, self.dual)
@@ -196,8 +198,7 @@ class TwoParameterMotion:
 
     def boundary(self, side: Side) -> RationalMotion:
         """A boundary motion: where u begins, "u0", or ends, "u1", or v, "v0", "v1"."""
-        if side not in ("u0", "u1", "v0", "v1"):
-            raise InputError(f"side {side!r} is unknown; there are u0, u1, v0, v1")
+        choice(side, get_args(Side), "side")
         end = self.domain["uv".index(side[0])][int(side[1])]
         return self.isoparametric(u=end) if side[0] == "u" else self.isoparametric(v=end)
 
@@ -211,6 +212,7 @@ class TwoParameterMotion:
 
         return plot_net(self, axes, point=point)
 
+    save = save
     _repr_html_ = as_html
 
 

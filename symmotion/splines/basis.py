@@ -1,14 +1,14 @@
 """B-spline bases of any degree over clamped and periodic knot vectors."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import sparse
 
+from symmotion.checks import numbers, read_only, whole
 from symmotion.errors import InputError
+from symmotion.values import value
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class BSplineBasis:
     """The B-splines N_0 … N_{n−1} of one degree over one knot vector.
 
@@ -26,12 +26,10 @@ class BSplineBasis:
     periodic: bool = False
 
     def __post_init__(self):
-        knots = np.array(self.knots, dtype=float)
-        if int(self.degree) != self.degree or self.degree < 0:
-            raise InputError(f"degree {self.degree!r}: must be a whole number, 0 or more")
-        if knots.ndim != 1 or knots.size < 2 * self.degree + 2:
+        knots, degree = numbers(self.knots, "knots"), whole(self.degree, 0, "degree")
+        if knots.ndim != 1 or knots.size < 2 * degree + 2:
             raise InputError(
-                f"{knots.size} knots are too few for degree {self.degree}: at least {2 * self.degree + 2} are needed"
+                f"{knots.size} knots are too few for degree {degree}: at least {2 * degree + 2} are needed"
             )
         if not np.isfinite(knots).all():
             raise InputError(f"knot {int(np.argmin(np.isfinite(knots)))} is not finite")
@@ -39,13 +37,18 @@ class BSplineBasis:
         if (steps < 0).any():
             k = int(np.argmax(steps < 0))
             raise InputError(f"knots decrease from {knots[k]:g} to {knots[k + 1]:g} at knot {k + 1}")
-        crowded = knots[self.degree + 1 :] == knots[: -self.degree - 1]
+        crowded = knots[degree + 1 :] == knots[: -degree - 1]
         if crowded.any():
             k = int(np.argmax(crowded))
-            raise InputError(f"knot {knots[k]:g} has more than degree + 1 = {self.degree + 1} copies")
-        knots.flags.writeable = False
-        object.__setattr__(self, "knots", knots)
-        object.__setattr__(self, "degree", int(self.degree))
+            raise InputError(f"knot {knots[k]:g} has more than degree + 1 = {degree + 1} copies")
+        object.__setattr__(self, "knots", read_only(knots))
+        object.__setattr__(self, "degree", degree)
+        object.__setattr__(self, "periodic", bool(self.periodic))
+
+    def __repr__(self) -> str:
+        a, b = self.domain
+        kind = "periodic, " if self.periodic else ""
+        return f"BSplineBasis({kind}degree {self.degree}, {self.n} functions, {a:g} to {b:g})"
 
     @staticmethod
     def clamped(breakpoints, degree: int) -> "BSplineBasis":

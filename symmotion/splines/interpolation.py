@@ -1,9 +1,12 @@
 """Interpolating and least-squares splines, and the closest spline of another space."""
 
+from datetime import datetime, timedelta
+
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu, spsolve
 
+from symmotion.checks import choice, numbers
 from symmotion.errors import InputError
 from symmotion.splines.basis import BSplineBasis
 from symmotion.splines.quadrature import gauss
@@ -13,8 +16,11 @@ ENDS = ("natural", "not-a-knot", "clamped", "periodic")
 
 
 def check_times(times, what: str = "keyframe") -> np.ndarray:
-    """`times` as a float array (M,), finite and increasing; InputError names the first that is not."""
-    times = np.asarray(times, dtype=float)
+    """A copy of `times` as a float array (M,), finite and increasing; InputError names the first that is not.
+
+    Dates and durations, of NumPy, Python or an index of pandas, become seconds since the first.
+    """
+    times = _seconds(times, what)
     if times.ndim != 1:
         raise InputError(f"times of shape {times.shape}: one time per {what} is needed, shape (M,)")
     finite = np.isfinite(times)
@@ -31,6 +37,27 @@ def check_times(times, what: str = "keyframe") -> np.ndarray:
     return times
 
 
+def _seconds(times, what: str) -> np.ndarray:
+    """Numbers as they are, dates and durations as seconds since the first."""
+    try:
+        given = np.asarray(times)
+    except ValueError:
+        given = np.empty(())
+    if given.dtype.kind not in "mMO" or given.ndim != 1 or not given.size:
+        return numbers(times, "times")
+    if given.dtype.kind == "O":
+        # An index with a time zone is an array of dates.
+        if not all(isinstance(t, datetime) for t in given) and not all(isinstance(t, timedelta) for t in given):
+            return numbers(times, "times")
+        try:
+            return np.array([(t - given[0]).total_seconds() for t in given])
+        except TypeError:
+            raise InputError("times: dates with and without a time zone cannot be compared") from None
+    if np.isnat(given).any():
+        raise InputError(f"the time of {what} {int(np.argmax(np.isnat(given)))} is {given.dtype.type('NaT')}")
+    return (given - given[0]) / np.timedelta64(1, "s")
+
+
 def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> Spline:
     """The C² cubic spline with simple knots at `times` through `values` (tridiagonal system; HJK 2.2).
 
@@ -41,18 +68,17 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
     """
     from scipy.interpolate import make_interp_spline  # here: see Spline._scipy
 
-    times, values = check_times(times), np.asarray(values, dtype=float)
+    times, values = check_times(times), numbers(values, "values")
     if len(values) != len(times):
         raise InputError(f"{len(times)} times for {len(values)} values")
-    if ends not in ENDS:
-        raise InputError(f"end condition {ends!r} is unknown; there are {', '.join(ENDS)}")
+    choice(ends, ENDS, "end condition")
     least = 4 if ends in ("not-a-knot", "periodic") else 2
     if len(times) < least:
         raise InputError(f"{len(times)} keyframes are too few for {ends} ends: at least {least} are needed")
     if (ends == "clamped") != (end_slopes is not None):
         raise InputError("end_slopes go with clamped ends, and clamped ends need them")
     if ends == "clamped":
-        slopes = np.asarray(end_slopes, dtype=float)
+        slopes = numbers(end_slopes, "end_slopes")
         if slopes.shape != (2, *values.shape[1:]):
             raise InputError(f"end_slopes of shape {slopes.shape}: {(2, *values.shape[1:])} is needed")
         conditions = ([(1, slopes[0])], [(1, slopes[1])])
@@ -74,7 +100,7 @@ def least_squares(basis: BSplineBasis, times, values) -> Spline:
     increasing, values: (M, …). Raises InputError where controls are left undetermined or, with
     M = n, where keyframes crowd (Schoenberg–Whitney), naming them.
     """
-    times, values = check_times(times), np.asarray(values, dtype=float)
+    times, values = check_times(times), numbers(values, "values")
     if len(times) < basis.n:
         raise InputError(f"{len(times)} keyframes cannot determine {basis.n} controls: fewer knots are needed")
     collocation, flat = basis.matrix(times), values.reshape(len(times), -1)

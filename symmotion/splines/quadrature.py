@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from symmotion.errors import InputError
+from symmotion.checks import whole
 from symmotion.splines.basis import BSplineBasis
 
 
@@ -11,9 +11,7 @@ def gauss(basis: BSplineBasis, nodes: int) -> tuple[np.ndarray, np.ndarray]:
 
     Exact for integrands that are polynomials of degree 2 nodes − 1 on every span.
     """
-    if nodes < 1:
-        raise InputError(f"{nodes} Gauss nodes: at least 1 is needed")
-    points, weights = np.polynomial.legendre.leggauss(nodes)
+    points, weights = np.polynomial.legendre.leggauss(whole(nodes, 1, "nodes", " of Gauss nodes"))
     ends = basis.breakpoints
     centre, half = 0.5 * (ends[1:] + ends[:-1]), 0.5 * np.diff(ends)
     return centre[:, None] + half[:, None] * points, half[:, None] * weights

@@ -1,19 +1,21 @@
 """Spline functions as values: evaluation, exact knot insertion, exact degree elevation."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symmotion.checks import numbers, read_only, whole
 from symmotion.errors import InputError
+from symmotion.saving import save
 from symmotion.splines.basis import BSplineBasis
+from symmotion.values import value
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Spline:
     """The spline Σ N_j(t) c_j.
 
@@ -24,13 +26,18 @@ class Spline:
     control_points: np.ndarray
 
     def __post_init__(self):
-        controls = np.asarray(self.control_points, dtype=float)
+        controls = numbers(self.control_points, "control points")
         if controls.ndim == 0 or len(controls) != self.basis.n:
             raise InputError(
                 f"control points of shape {controls.shape} for a basis of {self.basis.n} functions: "
                 f"the first axis must be {self.basis.n}"
             )
-        object.__setattr__(self, "control_points", controls)
+        object.__setattr__(self, "control_points", read_only(controls))
+
+    def __repr__(self) -> str:
+        (a, b), shape = self.domain, self.control_points.shape[1:]
+        kind = f"{self.basis.n} controls{f' of shape {shape}' if shape else ''}"
+        return f"Spline({'periodic, ' if self.basis.periodic else ''}degree {self.degree}, {kind}, {a:g} to {b:g})"
 
     @property
     def degree(self) -> int:
@@ -55,9 +62,7 @@ class Spline:
         Raises InputError outside the domain unless `extrapolate`: then a periodic spline goes
         round and a clamped one continues its end pieces.
         """
-        t = np.asarray(t, dtype=float)
-        if nu < 0:
-            raise InputError(f"derivative order {nu}: must be 0 or more")
+        t, nu = np.asarray(t, dtype=float), whole(nu, 0, "derivative order")
         if not np.isfinite(t).all():
             raise InputError("parameters must be finite")
         if not extrapolate:
@@ -77,8 +82,7 @@ class Spline:
 
     def derivative(self, nu: int = 1) -> "Spline":
         """The nu-th derivative as a spline of degree p − nu with controls p (c_{j+1} − c_j) / (t_{j+p+1} − t_{j+1})."""
-        if nu < 0:
-            raise InputError(f"derivative order {nu}: must be 0 or more")
+        nu = whole(nu, 0, "derivative order")
         spline = self.clamped() if nu else self
         for _ in range(nu):
             p, knots, c = spline.degree, spline.basis.knots, spline.control_points
@@ -119,6 +123,8 @@ class Spline:
             parts = [_blossom(spline, np.delete(arguments, i, axis=1), piece) for i in range(p)]
             spline = Spline(target, np.mean(parts, axis=0))
         return spline
+
+    save = save
 
 
 def _windows(basis: BSplineBasis, length: int) -> np.ndarray:

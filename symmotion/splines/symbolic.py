@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from operator import truediv
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-import casadi as ca
-
-Expression: TypeAlias = ca.SX | ca.MX | ca.DM | float
+# SX, MX, DM or a number. Any: arithmetic of a union of these is not typed, and all of one call are of one kind.
+Expression: TypeAlias = Any
 
 
 def local_basis(

@@ -241,7 +241,7 @@ LINE = sm.BSplineBasis.clamped([0.0, 1.0], 1)
         (lambda: qa.aligned(np.array([ONE, HALF])), 'half a turn apart.*signs="keep"'),
         (lambda: qa.aligned(np.array([ONE, -ONE]), "keep"), "antipodal"),
         (lambda: qa.aligned(np.array([ONE, -qa.exp(0.3 * AXIS)]), "check"), "mixed signs.*one orientation"),
-        (lambda: qa.aligned(np.array([ONE, ONE]), "flip"), "'flip' are unknown"),  # pyright: ignore
+        (lambda: qa.aligned(np.array([ONE, ONE]), "flip"), "'flip' is unknown; there are align, keep, check"),  # pyright: ignore
         (lambda: qa.increments_between(np.array([ONE, ONE]), [1]), "alike: extra turns between them need an axis"),
         (lambda: qa.increments_between(np.array([ONE, HALF]), [0.5]), "whole number per interval"),
         (lambda: QuaternionMotion.bezier([ONE]), "too few: at least 2"),
@@ -255,7 +255,10 @@ LINE = sm.BSplineBasis.clamped([0.0, 1.0], 1)
             r"\(1, 3\) is needed",
         ),
         (lambda: QuaternionMotion.hermite(ONE, HALF, [0, 0], [0, 0, 0]), "end rates"),
-        (lambda: QuaternionMotion.bezier(units(3), span=(1, 0)), "two increasing"),
+        (
+            lambda: QuaternionMotion.bezier(units(3), span=(1, 0)),
+            "span \\(1, 0\\): two finite times, the first before the second",
+        ),
         (lambda: QuaternionMotion.bezier(units(3)).rate(0.5, "camera"), "'camera' is unknown"),  # pyright: ignore
         (lambda: QuaternionMotion.bezier(units(3))(1.5), "outside the domain"),
         (lambda: QuaternionMotion.bezier(units(3))(np.nan), "finite"),

@@ -149,7 +149,7 @@ def test_splines_say_where_their_domain_ends():
         (lambda: sm.BSplineBasis.closed([0, 1, 2], 3), "more than 3 spans"),
         (lambda: sm.BSplineBasis.clamped([0, 1], 3).with_knots(2.0), "outside the domain"),
         (lambda: sm.BSplineBasis.closed(range(6), 3).elevated(), "clamped basis"),
-        (lambda: gauss(sm.BSplineBasis.clamped([0, 1], 1), 0), "0 Gauss nodes"),
+        (lambda: gauss(sm.BSplineBasis.clamped([0, 1], 1), 0), "nodes 0: a whole number of Gauss nodes, 1 or more"),
         (lambda: sm.Spline(sm.BSplineBasis.clamped([0, 1], 1), np.zeros(3)), "first axis must be 2"),
         (lambda: sm.cubic_interpolant([0, 1, 1], [1, 2, 3]), "keyframe 2, 1, repeats that of keyframe 1"),
         (lambda: sm.cubic_interpolant([0, 2, 1], [1, 2, 3]), "keyframe 2, 1, comes before that of keyframe 1"),

@@ -6,19 +6,28 @@ exponential. At a keyframe derivatives are those of the segment that begins ther
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import cached_property
 from math import factorial
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import linalg as la
 
+from symmotion.checks import choice, numbers, read_only
 from symmotion.errors import InputError
-from symmotion.motions.affine import Affine, AffineMotion
+from symmotion.motions.affine import AffineMotion
 from symmotion.motions.keyframes import Keyframes
+from symmotion.motions.motion import matrix, trajectory
 from symmotion.motions.pictures import as_html, plot_positions
+from symmotion.motions.position import Affine
 from symmotion.motions.rigid import polar_factors
+from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
+from symmotion.values import value
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import RotationSpline
 
 TURN_2D = np.array([[0.0, -1.0], [1.0, 0.0]])
 # (3, 3, 3): the skew matrix of a vector w is TURN_3D @ w.
@@ -32,12 +41,12 @@ NEGATIVE = 1e-9
 Series = Callable[[np.ndarray, int], np.ndarray]
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Interpolant:
     """An affine motion given by the Taylor series of its homogeneous matrix ((A, v), (0, 1)).
 
-    name: what it is; keyframes: what it passes through; series: its coefficients;
-    highest: the highest derivative that it has, None for any.
+    name: what it is; keyframes: what it passes through; series: its coefficients, of a function of
+    your own too, but then it cannot be saved; highest: the highest derivative that it has, None for any.
     """
 
     name: str
@@ -53,10 +62,15 @@ class Interpolant:
     def domain(self) -> tuple[float, float]:
         return float(self.keyframes.times[0]), float(self.keyframes.times[-1])
 
+    @property
+    def breakpoints(self) -> np.ndarray:
+        """The times of the keyframes, between which it is smooth."""
+        return self.keyframes.times
+
     def __repr__(self) -> str:
         return f"Interpolant({self.name}, {self.keyframes!r})"
 
-    def __call__(self, t, nu: int = 0) -> Affine:
+    def __call__(self, t: ArrayLike, nu: int = 0) -> Affine:
         """The nu-th derivative at times t: linear t.shape + (d, d), translation t.shape + (d,).
 
         Raises InputError outside the domain and for a derivative that is not to be had.
@@ -68,14 +82,12 @@ class Interpolant:
         outside = ~((t >= a) & (t <= b))
         if outside.any():
             raise InputError(f"time {t[outside].flat[0]:g} is outside the domain [{a:g}, {b:g}] of {self.name}")
-        matrix = factorial(nu) * self.series(t.ravel(), nu)[nu].reshape(*t.shape, d + 1, d + 1)
-        return Affine(matrix[..., :d, :d], matrix[..., :d, d])
+        moved = factorial(nu) * self.series(t.ravel(), nu)[nu].reshape(*t.shape, d + 1, d + 1)
+        return Affine(moved[..., :d, :d], moved[..., :d, d])
 
-    def trajectory(self, points, t, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative of the paths of body points (P, d) at times t: shape t.shape + (P, d)."""
-        linear, translation = self(t, nu)
-        return translation[..., None, :] + np.atleast_2d(points) @ np.swapaxes(linear, -1, -2)
-
+    matrix = matrix
+    trajectory = trajectory
+    save = save
     plot = plot_positions
     _repr_html_ = as_html
 
@@ -96,19 +108,14 @@ def polar_blend(keyframes: Keyframes, rotation: Literal["spline", "slerp"] = "sp
 
     Raises InputError that names a keyframe that is singular or reflected. Source: Shoemake and Duff 1992.
     """
-    if rotation not in ("spline", "slerp"):
-        raise InputError(f"rotation {rotation!r} is unknown; there are spline, slerp")
+    choice(rotation, ("spline", "slerp"), "rotation")
     keyframes.require_orientation("the polar decomposition")
     turns, stretches, _ = polar_factors(keyframes.linear)
     sizes = cubic_interpolant(keyframes.times, stretches)
     path = cubic_interpolant(keyframes.times, keyframes.translation)
     turning = (_planar_turns if keyframes.dimension == 2 else _spatial_turns)(keyframes.times, turns, rotation)
-
-    def series(t: np.ndarray, order: int) -> np.ndarray:
-        return _homogeneous(_product(turning(t, order), _of_spline(sizes, t, order)), _of_spline(path, t, order))
-
     highest = 2 if rotation == "spline" and keyframes.dimension == 3 else None
-    return Interpolant(f"polar decomposition, {rotation}", keyframes, series, highest)
+    return Interpolant(f"polar decomposition, {rotation}", keyframes, Polar(turning, sizes, path), highest)
 
 
 def log_blend(keyframes: Keyframes, degree: Literal[1, 3] = 1) -> Interpolant:
@@ -129,7 +136,7 @@ def log_blend(keyframes: Keyframes, degree: Literal[1, 3] = 1) -> Interpolant:
     times = keyframes.times
     generator = cubic_interpolant(times, logs) if degree == 3 else Spline(BSplineBasis.clamped(times, 1), logs)
     name = f"logarithm blending, {'linear' if degree == 1 else 'cubic'}"
-    return Interpolant(name, keyframes, lambda t, order: _exponential(_of_spline(generator, t, order)))
+    return Interpolant(name, keyframes, Exponential(generator))
 
 
 def steady_morph(keyframes: Keyframes) -> Interpolant:
@@ -142,12 +149,12 @@ def steady_morph(keyframes: Keyframes) -> Interpolant:
     them is singular or reflected, or they are turned by 180°. Source: Rossignac and Vinacua 2011.
     """
     matrices = _matrices(keyframes)
-    for i, matrix in enumerate(matrices):
-        if np.linalg.cond(matrix) > 1 / np.finfo(float).eps:
+    for i, one in enumerate(matrices):
+        if np.linalg.cond(one) > 1 / np.finfo(float).eps:
             raise InputError(f"keyframe {i} is singular: a steady morph from or to it does not exist")
     ratios = np.linalg.solve(matrices[:-1], matrices[1:])
     logs = [_logarithm(r, f"keyframe {i + 1} against keyframe {i}") for i, r in enumerate(ratios)]
-    return Interpolant("steady affine morph", keyframes, _steady(keyframes.times, matrices[:-1], np.stack(logs)))
+    return Interpolant("steady affine morph", keyframes, Steady(keyframes.times, matrices[:-1], np.stack(logs)))
 
 
 def _matrices(keyframes: Keyframes) -> np.ndarray:
@@ -175,41 +182,102 @@ def _segment(times: np.ndarray, t: np.ndarray) -> np.ndarray:
     return np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
 
 
-def _steady(times: np.ndarray, matrices: np.ndarray, logs: np.ndarray) -> Series:
-    """B_i exp(s L_i) with s from 0 to 1 in segment i; matrices B_i and logs L_i are (M − 1, n, n)."""
+@value
+class Steady:
+    """B_i exp(s L_i) with s from 0 to 1 in segment i.
 
-    def series(t: np.ndarray, order: int) -> np.ndarray:
-        i = _segment(times, t)
-        step = np.diff(times)[i]
-        generator = np.zeros((order + 1, len(t), *logs.shape[1:]))
-        generator[0] = ((t - times[i]) / step)[:, None, None] * logs[i]
+    times: (M,); matrices, logs: (M − 1, n, n) B_i and L_i.
+    """
+
+    times: np.ndarray
+    matrices: np.ndarray
+    logs: np.ndarray
+
+    def __post_init__(self):
+        for name in ("times", "matrices", "logs"):
+            object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
+
+    def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
+        i = _segment(self.times, t)
+        step = np.diff(self.times)[i]
+        generator = np.zeros((order + 1, len(t), *self.logs.shape[1:]))
+        generator[0] = ((t - self.times[i]) / step)[:, None, None] * self.logs[i]
         if order:
-            generator[1] = logs[i] / step[:, None, None]
-        return matrices[i] @ _exponential(generator)
-
-    return series
+            generator[1] = self.logs[i] / step[:, None, None]
+        return self.matrices[i] @ _exponential(generator)
 
 
-def _planar_turns(times: np.ndarray, turns: np.ndarray, rotation: str) -> Series:
-    angles = np.unwrap(np.arctan2(turns[:, 1, 0], turns[:, 0, 0]))
-    angle = cubic_interpolant(times, angles) if rotation == "spline" else Spline(BSplineBasis.clamped(times, 1), angles)
-    return lambda t, order: _exponential(_of_spline(angle, t, order)[..., None, None] * TURN_2D)
+@value
+class Exponential:
+    """exp(L(t)) with a spline L of matrices."""
+
+    generator: Spline
+
+    def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
+        return _exponential(_of_spline(self.generator, t, order))
 
 
-def _spatial_turns(times: np.ndarray, turns: np.ndarray, rotation: str) -> Series:
-    from scipy.spatial.transform import Rotation, RotationSpline  # here: see as_rotations
+@value
+class PlanarTurns:
+    """Planar rotations by a spline of angles."""
 
-    rotations = Rotation.from_matrix(turns)
-    if rotation == "slerp":
-        return _steady(times, turns[:-1], _skew((rotations[:-1].inv() * rotations[1:]).as_rotvec()))
-    spline = RotationSpline(times, rotations)
+    angle: Spline
 
-    def series(t: np.ndarray, order: int) -> np.ndarray:
+    def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
+        return _exponential(_of_spline(self.angle, t, order)[..., None, None] * TURN_2D)
+
+
+@value
+class SpatialTurns:
+    """SciPy's `RotationSpline` through rotation matrices (M, 3, 3) at times (M,), up to order 2."""
+
+    times: np.ndarray
+    rotations: np.ndarray
+
+    def __post_init__(self):
+        for name in ("times", "rotations"):
+            object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
+
+    @cached_property
+    def _scipy(self) -> "RotationSpline":
+        from scipy.spatial.transform import Rotation, RotationSpline  # here: see as_rotations
+
+        # Copies: older SciPy takes no read-only arrays.
+        return RotationSpline(self.times.copy(), Rotation.from_matrix(self.rotations.copy()))
+
+    def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         # Ṁ = M ω̂ and M̈ = M (ω̂² + α̂) with SciPy's rates, which are those in the body's frame.
+        spline = self._scipy
         turn, rate, acceleration = spline(t).as_matrix(), _skew(spline(t, 1)), _skew(spline(t, 2))
         return np.stack([turn, turn @ rate, 0.5 * turn @ (rate @ rate + acceleration)])[: order + 1]
 
-    return series
+
+@value
+class Polar:
+    """M(t) S(t) beside v(t): rotations, and splines of stretches and translations."""
+
+    turning: Steady | PlanarTurns | SpatialTurns
+    sizes: Spline
+    path: Spline
+
+    def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
+        linear = _product(self.turning(t, order), _of_spline(self.sizes, t, order))
+        return _homogeneous(linear, _of_spline(self.path, t, order))
+
+
+def _planar_turns(times: np.ndarray, turns: np.ndarray, rotation: str) -> PlanarTurns:
+    angles = np.unwrap(np.arctan2(turns[:, 1, 0], turns[:, 0, 0]))
+    angle = cubic_interpolant(times, angles) if rotation == "spline" else Spline(BSplineBasis.clamped(times, 1), angles)
+    return PlanarTurns(angle)
+
+
+def _spatial_turns(times: np.ndarray, turns: np.ndarray, rotation: str) -> Steady | SpatialTurns:
+    if rotation == "spline":
+        return SpatialTurns(times, turns)
+    from scipy.spatial.transform import Rotation  # here: see as_rotations
+
+    rotations = Rotation.from_matrix(turns)
+    return Steady(times, turns[:-1], _skew((rotations[:-1].inv() * rotations[1:]).as_rotvec()))
 
 
 def _skew(vectors: np.ndarray) -> np.ndarray:

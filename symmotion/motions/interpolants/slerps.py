@@ -1,42 +1,69 @@
 """Quaternion curves by recursive slerps, the baselines that KKS compare with: slerp, squad, Shoemake's Bézier."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion.checks import numbers, read_only
 from symmotion.errors import InputError
+from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.pictures import as_html, plot_rates
+from symmotion.motions.position import homogeneous
 from symmotion.motions.quaternions.algebra import Signs, aligned, as_quaternions, conjugate, exp, log, product, rotate
-from symmotion.motions.quaternions.curve import Frame, QuaternionJet, _require_frame
+from symmotion.motions.quaternions.curve import Frame, QuaternionJet, checked_frame, turning
+from symmotion.motions.quaternions.keys import OrientationKeys
+from symmotion.saving import save
 from symmotion.splines import check_times
+from symmotion.values import value
+
+if TYPE_CHECKING:
+    from symmotion.motions.rotations import Rotations
 
 # Chebyshev nodes per segment: the curves are analytic there, and 40 resolve turns of 120° to rounding.
 NODES = 40
 
 
-def slerp(a, b, u) -> np.ndarray:
+def slerp(a: ArrayLike, b: ArrayLike, u: ArrayLike) -> np.ndarray:
     """a exp(u log(a⁻¹ b)), the geodesic from a to b (…, 4) at u (…), u in [0, 1] and beyond (KKS (3))."""
     return product(a, exp(np.asarray(u, dtype=float)[..., None] * log(product(conjugate(a), b))))
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class SegmentCurve:
     """A quaternion curve in segments, each an analytic function of u = (t − t_i)/(t_{i+1} − t_i).
 
-    times: (S + 1,) the ends of the segments; segment: from indices (N,) and u (N,) to (N, 4).
+    times: (S + 1,) the ends of the segments; segment: from indices (N,) and u (N,) to (N, 4); of a
+    function of your own it can be evaluated, but not saved.
     Derivatives are those of its Chebyshev interpolant per segment; at a joint, of the segment that begins there.
     """
 
     times: np.ndarray
     segment: Callable[[np.ndarray, np.ndarray], np.ndarray]
 
+    def __post_init__(self):
+        object.__setattr__(self, "times", read_only(check_times(self.times, "joint")))
+
+    def __repr__(self) -> str:
+        a, b = self.domain
+        return f"SegmentCurve({len(self.times) - 1} segments, times {a:g} to {b:g})"
+
+    @property
+    def dimension(self) -> int:
+        return 3
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        """The ends of the segments."""
+        return self.times
+
     @property
     def domain(self) -> tuple[float, float]:
         return float(self.times[0]), float(self.times[-1])
 
-    def _place(self, t) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _place(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         t = np.asarray(t, dtype=float)
         a, b = self.domain
         if not ((t >= a) & (t <= b)).all():
@@ -45,7 +72,7 @@ class SegmentCurve:
         step = np.diff(self.times)[i]
         return i, (t.ravel() - self.times[i]) / step, step
 
-    def __call__(self, t, nu: int = 0) -> np.ndarray:
+    def __call__(self, t: ArrayLike, nu: int = 0) -> np.ndarray:
         """The nu-th derivative of the unit quaternion at times t: t.shape + (4,)."""
         i, u, step = self._place(t)
         if nu == 0:
@@ -71,48 +98,96 @@ class SegmentCurve:
             NODES, count, 4
         )
 
-    def jet(self, t, order: int = 2, frame: Frame = "body") -> QuaternionJet:
+    def jet(self, t: ArrayLike, order: int = 2, frame: Frame = "body") -> QuaternionJet:
         """Orientation with rate [rad/s] and acceleration [rad/s²] at times t: Ω = 2 q⁻¹q̇, Ω̇ = 2 Im q⁻¹q̈."""
         if order not in (0, 1, 2):
             raise InputError(f"order {order!r}: 0 to 2 is needed")
         q = self(t)
         rates = [2 * product(conjugate(q), self(t, nu))[..., 1:] for nu in range(1, order + 1)]
-        if _require_frame(frame) == "world":
+        if checked_frame(frame) == "world":
             rates = [rotate(q, r) for r in rates]
         return QuaternionJet(q, *rates)
 
+    def matrix(self, t: ArrayLike, nu: int = 0) -> np.ndarray:
+        """The nu-th derivative (0 to 2) of ((R, 0), (0, 1)), turning about the origin, at times t: t.shape + (4, 4)."""
+        return homogeneous(turning(self, t, nu), float(nu == 0))
+
+    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
+        """The nu-th derivative (0 to 2) of the paths of body points (P, 3) at times t: shape t.shape + (P, 3)."""
+        return turning(self, t, nu)(np.atleast_2d(points))
+
+    save = save
     plot = plot_rates
     _repr_html_ = as_html
 
 
-def slerp_curve(times, quaternions) -> SegmentCurve:
+@value
+class Slerps:
+    """slerp(q_i, q_{i+1}, u) between quaternions (S + 1, 4)."""
+
+    quaternions: np.ndarray
+
+    def __post_init__(self):
+        object.__setattr__(self, "quaternions", read_only(numbers(self.quaternions, "quaternions")))
+
+    def __call__(self, i: np.ndarray, u: np.ndarray) -> np.ndarray:
+        return slerp(self.quaternions[i], self.quaternions[i + 1], u)
+
+
+@value
+class Squads:
+    """slerp(slerp(q_i, q_{i+1}, u), slerp(s_i, s_{i+1}, u), 2u (1 − u)) with q and s (S + 1, 4)."""
+
+    outer: Slerps
+    inner: Slerps
+
+    def __call__(self, i: np.ndarray, u: np.ndarray) -> np.ndarray:
+        return slerp(self.outer(i, u), self.inner(i, u), 2 * u * (1 - u))
+
+
+@value
+class SlerpBezier:
+    """De Casteljau's algorithm with slerps on control quaternions (S, n + 1, 4)."""
+
+    controls: np.ndarray
+
+    def __post_init__(self):
+        object.__setattr__(self, "controls", read_only(numbers(self.controls, "control quaternions")))
+
+    def __call__(self, i: np.ndarray, u: np.ndarray) -> np.ndarray:
+        points = self.controls[i]
+        while points.shape[1] > 1:
+            points = slerp(points[:, :-1], points[:, 1:], u[:, None])
+        return points[:, 0]
+
+
+def slerp_curve(times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None) -> SegmentCurve:
     """The piecewise slerp through keyframes (KKS figure 1): constant rate between them, which jumps there."""
-    times, q = _keys(times, quaternions)
-    return SegmentCurve(times, lambda i, u: slerp(q[i], q[i + 1], u))
+    keys = OrientationKeys.of(times, quaternions)
+    return SegmentCurve(keys.times, Slerps(keys.quaternions))
 
 
-def squad(times, quaternions) -> SegmentCurve:
+def squad(times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None) -> SegmentCurve:
     """Shoemake's squad through keyframes: slerp(slerp(q_i, q_{i+1}, u), slerp(s_i, s_{i+1}, u), 2u (1 − u)).
 
     s_i = q_i exp(−(log q_i⁻¹q_{i+1} + log q_i⁻¹q_{i−1})/4), at the ends s = q. It is C¹ for uniform times.
     """
-    times, q = _keys(times, quaternions)
+    keys = OrientationKeys.of(times, quaternions)
+    q = keys.quaternions
     s = q.copy()
     to_next, to_last = log(product(conjugate(q[1:-1]), q[2:])), log(product(conjugate(q[1:-1]), q[:-2]))
     s[1:-1] = product(q[1:-1], exp(-(to_next + to_last) / 4))
-
-    def segment(i: np.ndarray, u: np.ndarray) -> np.ndarray:
-        return slerp(slerp(q[i], q[i + 1], u), slerp(s[i], s[i + 1], u), 2 * u * (1 - u))
-
-    return SegmentCurve(times, segment)
+    return SegmentCurve(keys.times, Squads(Slerps(q), Slerps(s)))
 
 
-def shoemake_bezier(control_quaternions, times=(0.0, 1.0), signs: Signs = "align") -> SegmentCurve:
+def shoemake_bezier(
+    control_quaternions: ArrayLike, times: ArrayLike = (0.0, 1.0), signs: Signs = "align"
+) -> SegmentCurve:
     """Shoemake's Bézier curve of one or more segments by de Casteljau's algorithm with slerps.
 
     control_quaternions: (S, n + 1, 4), or (n + 1, 4) for one segment; times: (S + 1,); signs: as in `aligned`.
     """
-    controls = np.asarray(control_quaternions, dtype=float)
+    controls = numbers(control_quaternions, "control quaternions")
     controls = controls[None] if controls.ndim == 2 else controls
     times = check_times(times, "joint")
     if controls.ndim != 3 or len(controls) != len(times) - 1 or controls.shape[1] < 2:
@@ -120,23 +195,17 @@ def shoemake_bezier(control_quaternions, times=(0.0, 1.0), signs: Signs = "align
             f"control quaternions of shape {controls.shape}: ({len(times) - 1}, n + 1, 4) is needed for these times"
         )
     q = np.stack([aligned(as_quaternions(c, "control quaternion"), signs, "control quaternion") for c in controls])
-
-    def segment(i: np.ndarray, u: np.ndarray) -> np.ndarray:
-        points = q[i]
-        while points.shape[1] > 1:
-            points = slerp(points[:, :-1], points[:, 1:], u[:, None])
-        return points[:, 0]
-
-    return SegmentCurve(times, segment)
+    return SegmentCurve(times, SlerpBezier(q))
 
 
-def shoemake_interpolant(times, quaternions) -> SegmentCurve:
+def shoemake_interpolant(times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None) -> SegmentCurve:
     """Shoemake's cubic Bézier curves through keyframes, with his inner controls on great circles (SIGGRAPH 1985).
 
     The tangent at a keyframe bisects the double of the way in and the way out; inner controls lie a third
     of the way along it, for the length of each interval. The end segments leave towards their other inner control.
     """
-    times, q = _keys(times, quaternions)
+    keys = OrientationKeys.of(times, quaternions)
+    times, q = keys.times, keys.quaternions
     inner_out, inner_in = q.copy(), q.copy()
     doubled = 2 * np.sum(q[:-2] * q[1:-1], axis=1, keepdims=True) * q[1:-1] - q[:-2]
     middle = doubled + q[2:]
@@ -150,11 +219,3 @@ def shoemake_interpolant(times, quaternions) -> SegmentCurve:
         inner_out[0] = slerp(q[0], inner_in[1], np.array(0.5))
         inner_in[-1] = slerp(q[-1], inner_out[-2], np.array(0.5))
     return shoemake_bezier(np.stack([q[:-1], inner_out[:-1], inner_in[1:], q[1:]], axis=1), times)
-
-
-def _keys(times, quaternions) -> tuple[np.ndarray, np.ndarray]:
-    q = aligned(as_quaternions(quaternions, "keyframe", 2))
-    times = check_times(times)
-    if len(times) != len(q):
-        raise InputError(f"{len(times)} times for {len(q)} quaternions: one of each per keyframe is needed")
-    return times, q

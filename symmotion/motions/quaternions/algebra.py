@@ -1,22 +1,24 @@
 """Quaternion algebra on arrays (…, 4), scalar first (w, x, y, z), Hamilton product; SciPy `Rotation` at the border."""
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion.checks import choice
 from symmotion.errors import InputError
+from symmotion.motions.rotations import UNIT_TOLERANCE as UNIT_TOLERANCE
+from symmotion.motions.rotations import as_quaternions as as_quaternions
+from symmotion.motions.rotations import from_rotation as from_rotation
+from symmotion.motions.rotations import to_rotation as to_rotation
 
-if TYPE_CHECKING:
-    from scipy.spatial.transform import Rotation
-
-UNIT_TOLERANCE = 1e-6
 # Neighbours whose scalar product is smaller are half a turn apart: both ways round are equally long.
 HALF_TURN = 1e-9
 
 Signs = Literal["align", "keep", "check"]
 
 
-def product(p, q) -> np.ndarray:
+def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
     """p q, shapes (…, 4) that broadcast."""
     p, q = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
     pw, px, py, pz = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
@@ -32,12 +34,12 @@ def product(p, q) -> np.ndarray:
     )
 
 
-def conjugate(q) -> np.ndarray:
+def conjugate(q: ArrayLike) -> np.ndarray:
     """(w, −x, −y, −z), of a unit quaternion the inverse."""
     return np.asarray(q, dtype=float) * [1.0, -1.0, -1.0, -1.0]
 
 
-def exp(v) -> np.ndarray:
+def exp(v: ArrayLike) -> np.ndarray:
     """exp(v) = (cos |v|, sin |v| v/|v|) of vectors (…, 3): the turn by 2|v| about v (KKS 2.2)."""
     v = np.asarray(v, dtype=float)
     angle = np.linalg.norm(v, axis=-1, keepdims=True)
@@ -45,7 +47,7 @@ def exp(v) -> np.ndarray:
     return np.concatenate([np.cos(angle), np.sinc(angle / np.pi) * v], axis=-1)
 
 
-def log(q) -> np.ndarray:
+def log(q: ArrayLike) -> np.ndarray:
     """The v (…, 3) of least length with exp(v) = q for unit quaternions (…, 4); |v| ≤ π, at q = −1 along x."""
     q = np.asarray(q, dtype=float)
     w, v = q[..., :1], q[..., 1:]
@@ -61,51 +63,11 @@ def short_log(q: np.ndarray) -> np.ndarray:
     return log(q * np.where(q[:, :1] < 0, -1.0, 1.0))
 
 
-def rotate(q, v) -> np.ndarray:
+def rotate(q: ArrayLike, v: ArrayLike) -> np.ndarray:
     """q v q⁻¹ for unit quaternions (…, 4) and vectors (…, 3)."""
     q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
     twice = 2.0 * np.cross(q[..., 1:], v)
     return v + q[..., :1] * twice + np.cross(q[..., 1:], twice)
-
-
-def from_rotation(rotation: "Rotation") -> np.ndarray:
-    """Scalar-first unit quaternions (…, 4) of a SciPy `Rotation`."""
-    return np.roll(np.asarray(rotation.as_quat()), 1, axis=-1)
-
-
-def to_rotation(q) -> "Rotation":
-    """The SciPy `Rotation` of scalar-first unit quaternions (…, 4)."""
-    from scipy.spatial.transform import Rotation  # here, since it is a fifth of the time of `import symmotion`
-
-    q = np.asarray(q, dtype=float)
-    return Rotation.from_quat(np.roll(q, -1, axis=-1).reshape(-1, 4) if q.ndim > 2 else np.roll(q, -1, axis=-1))
-
-
-def as_quaternions(values, what: str = "quaternion", least: int = 1) -> np.ndarray:
-    """(M, 4) unit quaternions, scalar first, from such an array or a SciPy `Rotation`; normalised to rounding.
-
-    Raises InputError that names the first that is not finite, zero, or not of unit length to 1e-6.
-    """
-    if hasattr(values, "as_quat"):
-        values = from_rotation(values)
-    q = np.array(values, dtype=float)
-    if q.ndim != 2 or q.shape[1] != 4:
-        raise InputError(f"{what}s of shape {q.shape}: (M, 4), scalar first, is needed")
-    if len(q) < least:
-        raise InputError(f"{len(q)} {what}{'s' * (len(q) != 1)} are too few: at least {least} are needed")
-    if not np.isfinite(q).all():
-        raise InputError(f"{what} {int(np.argmin(np.isfinite(q).all(axis=1)))} is not finite")
-    size = np.linalg.norm(q, axis=1)
-    wrong = np.abs(size - 1) > UNIT_TOLERANCE
-    if wrong.any():
-        i = int(np.argmax(wrong))
-        if size[i] < UNIT_TOLERANCE:
-            raise InputError(f"{what} {i} is zero: it is no orientation")
-        raise InputError(
-            f"{what} {i} has length {size[i]:.9g}, not 1 (tolerance {UNIT_TOLERANCE:g}): divide it by its length, and "
-            "check that its scalar part comes first"
-        )
-    return q / size[:, None]
 
 
 def aligned(q: np.ndarray, signs: Signs = "align", what: str = "keyframe") -> np.ndarray:
@@ -115,8 +77,7 @@ def aligned(q: np.ndarray, signs: Signs = "align", what: str = "keyframe") -> np
     means the long way round; "check" raises InputError there. Raises InputError where neighbours
     leave no direction to turn in.
     """
-    if signs not in ("align", "keep", "check"):
-        raise InputError(f"signs {signs!r} are unknown; there are align, keep, check")
+    choice(signs, get_args(Signs), "signs")
     cosine = np.sum(q[1:] * q[:-1], axis=1)
     if signs == "align":
         level = np.abs(cosine) < HALF_TURN
@@ -144,7 +105,7 @@ def aligned(q: np.ndarray, signs: Signs = "align", what: str = "keyframe") -> np
     return q
 
 
-def increments_between(q: np.ndarray, turns=None, what: str = "keyframe") -> np.ndarray:
+def increments_between(q: np.ndarray, turns: ArrayLike | None = None, what: str = "keyframe") -> np.ndarray:
     """(M − 1, 3) half-angle vectors ω_i with q_i = ± q_{i−1} exp(ω_i), longer by whole turns where asked for.
 
     turns: (M − 1,) whole numbers of physical turns added along each one's own direction; negative
@@ -166,7 +127,7 @@ def increments_between(q: np.ndarray, turns=None, what: str = "keyframe") -> np.
     return plain * (1 + np.pi * turns / np.where(size > 0, size, 1.0))[:, None]
 
 
-def skew(v) -> np.ndarray:
+def skew(v: ArrayLike) -> np.ndarray:
     """(…, 3, 3) the matrix of v ×."""
     v = np.asarray(v, dtype=float)
     zero = np.zeros_like(v[..., 0])
@@ -174,7 +135,7 @@ def skew(v) -> np.ndarray:
     return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*v.shape[:-1], 3, 3)
 
 
-def right_jacobian(v) -> np.ndarray:
+def right_jacobian(v: ArrayLike) -> np.ndarray:
     """(…, 3, 3) the J with exp(v + dv) = exp(v) exp(J dv) to first order, for half-angle vectors (…, 3).
 
     J = I − (1 − cos θ)/θ² [2v]× + (θ − sin θ)/θ³ [2v]×², θ = 2|v|.

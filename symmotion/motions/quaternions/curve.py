@@ -1,13 +1,17 @@
 """Unit quaternion curves in cumulative form: Bézier, Hermite and B-spline curves with simple derivatives (KKS)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion.checks import choice, numbers, read_only
+from symmotion.curves.bezier import check_domain
 from symmotion.errors import InputError
 from symmotion.motions.pictures import as_html, plot_rates
+from symmotion.motions.position import Affine, homogeneous
 from symmotion.motions.quaternions.algebra import (
     Signs,
     aligned,
@@ -19,13 +23,18 @@ from symmotion.motions.quaternions.algebra import (
     log,
     product,
     rotate,
+    skew,
     to_rotation,
 )
 from symmotion.motions.quaternions.jets import evaluate
+from symmotion.saving import save
 from symmotion.splines import BSplineBasis
+from symmotion.values import value
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
+
+    from symmotion.motions.rotations import Rotations
 
 Frame = Literal["body", "world"]
 
@@ -39,7 +48,13 @@ class QuaternionJet(NamedTuple):
     jerk: np.ndarray = None  # pyright: ignore[reportAssignmentType]
 
 
-@dataclass(frozen=True, eq=False)
+class Turning(Protocol):
+    """A curve that has orientations and angular rates."""
+
+    def jet(self, t: ArrayLike, order: int = 2, frame: Frame = "body") -> QuaternionJet: ...
+
+
+@value
 class QuaternionMotion:
     """The unit quaternion curve q(t) = q_0 Π exp(ω_i B̃_i(t)), B̃_i = Σ_{j ≥ i} B_j (KKS (7)).
 
@@ -71,7 +86,7 @@ class QuaternionMotion:
                 last = q[:1] * (1 if q[0] @ q[-1] >= 0 else -1)
                 increments = np.concatenate([increments, log(product(conjugate(q[-1:]), last))])
         else:
-            increments = np.array(self.increments, dtype=float)
+            increments = numbers(self.increments, "increments")
             if increments.shape != (way, 3) or not np.isfinite(increments).all():
                 raise InputError(f"increments of shape {increments.shape}: finite, ({way}, 3) is needed")
             q, error = _chained(q, increments)
@@ -80,21 +95,31 @@ class QuaternionMotion:
                 raise InputError(
                     f"increment {i} does not lead from control quaternion {i} to the next one: off by {error[i]:.2g}"
                 )
-        object.__setattr__(self, "control_points", q)
-        object.__setattr__(self, "increments", increments)
+        object.__setattr__(self, "control_points", read_only(q))
+        object.__setattr__(self, "increments", read_only(increments))
 
     @staticmethod
-    def bezier(control_quaternions, turns=None, span=(0.0, 1.0), signs: Signs = "align") -> "QuaternionMotion":
+    def bezier(
+        control_quaternions: "Rotations",
+        turns: ArrayLike | None = None,
+        span: tuple[float, float] = (0.0, 1.0),
+        signs: Signs = "align",
+    ) -> "QuaternionMotion":
         """The Bézier quaternion curve of degree n over `span` (KKS (10)).
 
         control_quaternions: (n + 1, 4) or a `Rotation`, n ≥ 1; turns: (n,) whole physical turns
         added to each increment; signs: as in `aligned`.
         """
         q = as_quaternions(control_quaternions, "control quaternion", least=2)
-        return QuaternionMotion.bspline(BSplineBasis.clamped(_span(span), len(q) - 1), q, turns, signs)
+        return QuaternionMotion.bspline(BSplineBasis.clamped(check_domain(span, "span"), len(q) - 1), q, turns, signs)
 
     @staticmethod
-    def bspline(basis: BSplineBasis, control_quaternions, turns=None, signs: Signs = "align") -> "QuaternionMotion":
+    def bspline(
+        basis: BSplineBasis,
+        control_quaternions: "Rotations",
+        turns: ArrayLike | None = None,
+        signs: Signs = "align",
+    ) -> "QuaternionMotion":
         """The B-spline quaternion curve of any order over any knots (KKS 5.3), with whole extra turns.
 
         turns: (n − 1,) physical turns added to each increment along its own direction; signs: as in `aligned`.
@@ -113,7 +138,15 @@ class QuaternionMotion:
         return QuaternionMotion(basis, q, increments_between(q, turns, "control quaternion"))
 
     @staticmethod
-    def hermite(start, end, start_rate, end_rate, turns: int = 0, span=(0.0, 1.0), frame: Frame = "body"):
+    def hermite(
+        start: ArrayLike,
+        end: ArrayLike,
+        start_rate: ArrayLike,
+        end_rate: ArrayLike,
+        turns: int = 0,
+        span: tuple[float, float] = (0.0, 1.0),
+        frame: Frame = "body",
+    ) -> "QuaternionMotion":
         """The cubic Hermite quaternion curve from `start` to `end` with given end rates (KKS 5.2).
 
         start, end: unit quaternions (4,); rates: (3,) in rad/s, in the body's or the world's frame;
@@ -121,12 +154,12 @@ class QuaternionMotion:
         rates stay. ω_1 = ω_a/3, ω_3 = ω_b/3, ω_2 = log(exp(ω_1)⁻¹ q_a⁻¹ q_b exp(ω_3)⁻¹).
         """
         ends = as_quaternions(np.stack([start, end]), "end quaternion")
-        outer = [np.asarray(r, dtype=float) for r in (start_rate, end_rate)]
+        outer = [numbers(r, "end rates") for r in (start_rate, end_rate)]
         if any(r.shape != (3,) or not np.isfinite(r).all() for r in outer):
             raise InputError("end rates: two finite vectors (3,) in rad/s are needed")
         rates = np.stack(outer)
-        a, b = _span(span)
-        if _require_frame(frame) == "world":
+        a, b = check_domain(span, "span")
+        if checked_frame(frame) == "world":
             rates = rotate(conjugate(ends), rates)
         outer = rates * (b - a) / 6
         inner = np.stack([product(ends[0], exp(outer[0])), product(ends[1], exp(-outer[1]))])
@@ -138,12 +171,21 @@ class QuaternionMotion:
         )
 
     @property
+    def dimension(self) -> int:
+        return 3
+
+    @property
     def degree(self) -> int:
         return self.basis.degree
 
     @property
     def domain(self) -> tuple[float, float]:
         return self.basis.domain
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        """The borders of the spans, ends of the domain included."""
+        return self.basis.breakpoints
 
     @property
     def turns(self) -> np.ndarray:
@@ -166,7 +208,7 @@ class QuaternionMotion:
         axis = shifted / np.where(angle > 0, angle, 1.0)[:, None]
         return np.ascontiguousarray(self.control_points.T), np.concatenate([axis.T, angle[None]])
 
-    def jet(self, t, order: int = 2, frame: Frame = "body") -> QuaternionJet:
+    def jet(self, t: ArrayLike, order: int = 2, frame: Frame = "body") -> QuaternionJet:
         """Orientation with its angular rates up to `order` (≤ 3) at times t, in one pass; in the body's or world frame.
 
         InputError outside the domain.
@@ -176,10 +218,10 @@ class QuaternionMotion:
         t = np.asarray(t, dtype=float)
         if not np.isfinite(t).all():
             raise InputError("times must be finite")
-        q, rates = evaluate(self.basis, self.table, t.ravel(), order, _require_frame(frame) == "world")
+        q, rates = evaluate(self.basis, self.table, t.ravel(), order, checked_frame(frame) == "world")
         return QuaternionJet(q.reshape(*t.shape, 4), *(r.reshape(*t.shape, 3) for r in rates))
 
-    def __call__(self, t, nu: int = 0) -> np.ndarray:
+    def __call__(self, t: ArrayLike, nu: int = 0) -> np.ndarray:
         """The nu-th derivative (0 to 3) of the unit quaternion at times t: t.shape + (4,).
 
         q̇ = q w, q̈ = q (w² + ẇ), d³q/dt³ = q (w³ + 2 w ẇ + ẇ w + ẅ) with w = Ω/2.
@@ -187,8 +229,8 @@ class QuaternionMotion:
         jet = self.jet(t, nu)
         if nu == 0:
             return jet.quaternion
-        turning = [r for r in jet[1:] if r is not None]
-        rates = [np.concatenate([np.zeros((*r.shape[:-1], 1)), r / 2], axis=-1) for r in turning]
+        turns = [r for r in jet[1:] if r is not None]
+        rates = [np.concatenate([np.zeros((*r.shape[:-1], 1)), r / 2], axis=-1) for r in turns]
         w = rates[0]
         if nu == 1:
             inner = w
@@ -198,26 +240,34 @@ class QuaternionMotion:
             inner = product(w, product(w, w)) + 2 * product(w, rates[1]) + product(rates[1], w) + rates[2]
         return product(jet.quaternion, inner)
 
-    def rotation(self, t) -> "Rotation":
+    def matrix(self, t: ArrayLike, nu: int = 0) -> np.ndarray:
+        """The nu-th derivative (0 to 3) of ((R, 0), (0, 1)), turning about the origin, at times t: t.shape + (4, 4)."""
+        return homogeneous(turning(self, t, nu), float(nu == 0))
+
+    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
+        """The nu-th derivative (0 to 3) of the paths of body points (P, 3) at times t: shape t.shape + (P, 3)."""
+        return turning(self, t, nu)(np.atleast_2d(points))
+
+    def rotation(self, t: ArrayLike) -> "Rotation":
         """The orientations at times t (N,) as a SciPy `Rotation`."""
         return to_rotation(self(t))
 
-    def rate(self, t, frame: Frame = "body") -> np.ndarray:
+    def rate(self, t: ArrayLike, frame: Frame = "body") -> np.ndarray:
         """The angular rate Ω = 2 q⁻¹ q̇ at times t, in rad/s: t.shape + (3,)."""
         return self._rates(t, 1, frame)
 
-    def acceleration(self, t, frame: Frame = "body") -> np.ndarray:
+    def acceleration(self, t: ArrayLike, frame: Frame = "body") -> np.ndarray:
         """The angular acceleration at times t, in rad/s²: t.shape + (3,)."""
         return self._rates(t, 2, frame)
 
-    def jerk(self, t, frame: Frame = "body") -> np.ndarray:
+    def jerk(self, t: ArrayLike, frame: Frame = "body") -> np.ndarray:
         """The second derivative of the angular rate at times t, in rad/s³: t.shape + (3,)."""
         return self._rates(t, 3, frame)
 
-    def _rates(self, t, order: int, frame: Frame) -> np.ndarray:
+    def _rates(self, t: ArrayLike, order: int, frame: Frame) -> np.ndarray:
         return self.jet(t, order, frame)[order]
 
-    def with_control(self, i: int, quaternion) -> "QuaternionMotion":
+    def with_control(self, i: int, quaternion: ArrayLike) -> "QuaternionMotion":
         """The same curve with control quaternion i replaced, turned the short way to both its neighbours."""
         if not -self.basis.n <= i < self.basis.n:
             raise InputError(f"control quaternion {i} does not exist: there are {self.basis.n}")
@@ -230,8 +280,31 @@ class QuaternionMotion:
             increments[k] = increments_between(aligned(q[k : k + 2], what="control quaternion"))[0]
         return replace(self, control_points=q, increments=increments)
 
+    save = save
     plot = plot_rates
     _repr_html_ = as_html
+
+
+def turned(jet: QuaternionJet) -> np.ndarray:
+    """(…, 3, 3) the derivative of the rotation matrix R of the highest order that the jet has rates for, in the body.
+
+    Ṙ = R [Ω]×, R̈ = R ([Ω]×² + [Ω̇]×), d³R/dt³ = R ([Ω]×³ + 2 [Ω]× [Ω̇]× + [Ω̇]× [Ω]× + [Ω̈]×).
+    """
+    linear = np.swapaxes(rotate(jet.quaternion[..., None, :], np.eye(3)), -1, -2)
+    w, *higher = (skew(r) for r in jet[1:] if r is not None) if jet.rate is not None else (None,)
+    if w is None:
+        return linear
+    if not higher:
+        return linear @ w
+    if len(higher) == 1:
+        return linear @ (w @ w + higher[0])
+    return linear @ (w @ w @ w + 2 * w @ higher[0] + higher[0] @ w + higher[1])
+
+
+def turning(curve: Turning, t: ArrayLike, nu: int) -> Affine:
+    """The nu-th derivative of the positions of a body that turns about the origin."""
+    linear = turned(curve.jet(t, nu))
+    return Affine(linear, np.zeros(linear.shape[:-1]))
 
 
 def from_rotations(rotation: "Rotation") -> np.ndarray:
@@ -249,14 +322,6 @@ def _chained(q: np.ndarray, increments: np.ndarray) -> tuple[np.ndarray, np.ndar
     return q * np.concatenate([[1.0], signs])[: len(q), None], error
 
 
-def _span(span) -> tuple[float, float]:
-    a, b = (float(s) for s in span)
-    if not (np.isfinite([a, b]).all() and a < b):
-        raise InputError(f"span from {a:g} to {b:g}: two increasing finite times are needed")
-    return a, b
-
-
-def _require_frame(frame: str) -> str:
-    if frame not in ("body", "world"):
-        raise InputError(f"frame {frame!r} is unknown; there are body, world")
-    return frame
+def checked_frame(frame: Frame) -> Frame:
+    """The frame; InputError where it is unknown."""
+    return choice(frame, get_args(Frame), "frame")

@@ -1,33 +1,43 @@
 """C² quaternion curves through keyframes: Newton on control quaternions and increments together."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from symmotion.checks import choice, numbers
 from symmotion.errors import InputError, SolveError
+from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.quaternions.algebra import Signs, conjugate, exp, log, product, right_jacobian, rotate, short_log
 from symmotion.motions.quaternions.curve import QuaternionMotion
 from symmotion.motions.quaternions.keys import OrientationKeys
 from symmotion.splines import BSplineBasis, cubic_interpolant
 from symmotion.splines.cumulative import cumulative
 
+if TYPE_CHECKING:
+    from symmotion.motions.rotations import Rotations
+
 ENDS = ("natural", "clamped", "periodic")
 
 
 def interpolate_quaternions(
-    times,
-    quaternions,
+    times: ArrayLike | Keyframes,
+    quaternions: "Rotations | None" = None,
     ends: str = "natural",
-    end_rates=None,
-    turns=None,
+    end_rates: ArrayLike | None = None,
+    turns: ArrayLike | None = None,
     *,
     signs: Signs = "align",
+    scalar_first: bool = True,
     tolerance: float = 1e-12,
     max_iterations: int = 200,
 ) -> QuaternionMotion:
     """The C² cubic B-spline quaternion curve through keyframes (KKS 6.2, figure 10), to `tolerance` in rad.
 
-    times: (M,) increasing; quaternions: (M, 4) scalar first, or a SciPy `Rotation`.
+    times: (M,) increasing; quaternions: (M, 4) scalar first unless `scalar_first` says else, or a
+        SciPy `Rotation`; or rigid `Keyframes` alone.
     ends: "natural" (no angular acceleration there, M ≥ 2), "clamped" with `end_rates` (2, 3),
         body rates in rad/s, or "periodic" (M ≥ 4, the last keyframe equal to the first).
     turns: (M − 1,) whole turns added between neighbours, each about its own axis; negative
@@ -35,16 +45,20 @@ def interpolate_quaternions(
 
     Raises InputError for what cannot be, SolveError where Newton does not converge.
     """
-    keys = OrientationKeys.of(times, quaternions, turns, signs)
+    keys = OrientationKeys.of(times, quaternions, turns, signs, scalar_first=scalar_first)
     return interpolate_keys(keys, ends, end_rates, tolerance=tolerance, max_iterations=max_iterations)
 
 
 def interpolate_keys(
-    keys: OrientationKeys, ends: str, end_rates=None, *, tolerance: float = 1e-12, max_iterations: int = 200
+    keys: OrientationKeys,
+    ends: str,
+    end_rates: ArrayLike | None = None,
+    *,
+    tolerance: float = 1e-12,
+    max_iterations: int = 200,
 ) -> QuaternionMotion:
     """The curve of `interpolate_quaternions` through checked keyframes."""
-    if ends not in ENDS:
-        raise InputError(f"end condition {ends!r} is unknown; there are {', '.join(ENDS)}")
+    choice(ends, ENDS, "end condition")
     rates = _end_rates(ends, end_rates)
     if ends == "periodic":
         if len(keys) < 4:
@@ -125,12 +139,12 @@ def _newton(system: "_System", point: Point, tolerance: float, most: int) -> tup
     return point, 2 * system.miss(residual), most
 
 
-def _end_rates(ends: str, end_rates) -> np.ndarray | None:
+def _end_rates(ends: str, end_rates: ArrayLike | None) -> np.ndarray | None:
     if (ends == "clamped") != (end_rates is not None):
         raise InputError("end_rates go with clamped ends, and clamped ends need them")
     if end_rates is None:
         return None
-    rates = np.array(end_rates, dtype=float)
+    rates = numbers(end_rates, "end_rates")
     if rates.shape != (2, 3) or not np.isfinite(rates).all():
         raise InputError(f"end_rates of shape {rates.shape}: finite body rates, (2, 3) in rad/s, are needed")
     return rates

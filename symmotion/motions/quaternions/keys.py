@@ -1,11 +1,13 @@
 """Keyframes of orientation: unit quaternions at increasing times, and the ways between them."""
 
-from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion.checks import numbers, read_only
 from symmotion.errors import InputError
-from symmotion.motions.keyframes import Keyframes
+from symmotion.motions.keyframes import Keyframes, require_no_path
 from symmotion.motions.quaternions.algebra import (
     Signs,
     aligned,
@@ -17,9 +19,13 @@ from symmotion.motions.quaternions.algebra import (
     short_log,
 )
 from symmotion.splines import check_times
+from symmotion.values import value
+
+if TYPE_CHECKING:
+    from symmotion.motions.rotations import Rotations
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class OrientationKeys:
     """M orientations at increasing times, and the way from each to the next.
 
@@ -31,17 +37,31 @@ class OrientationKeys:
     quaternions: np.ndarray
     ways: np.ndarray
 
-    @staticmethod
-    def of(times, quaternions=None, turns=None, signs: Signs = "align") -> "OrientationKeys":
-        """Checked keyframes; quaternions: (M, 4) scalar first, or a SciPy `Rotation`; turns, signs: as in `aligned`.
+    def __post_init__(self):
+        for name in ("times", "quaternions", "ways"):
+            object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
 
-        Rigid `Keyframes` in space stand for times and quaternions both.
+    @staticmethod
+    def of(
+        times: ArrayLike | Keyframes,
+        quaternions: "Rotations | None" = None,
+        turns: ArrayLike | None = None,
+        signs: Signs = "align",
+        *,
+        scalar_first: bool = True,
+    ) -> "OrientationKeys":
+        """Checked keyframes; turns, signs: as in `aligned`.
+
+        quaternions: (M, 4), scalar first unless it is said that it is last; or rotation matrices
+        (M, 3, 3), or a SciPy `Rotation`. Rigid `Keyframes` in space stand for times and quaternions both.
         """
+        require_no_path(times, "keys")
         if isinstance(times, Keyframes) != (quaternions is None):
             raise InputError("times and quaternions are needed, or Keyframes alone")
         if isinstance(times, Keyframes):
             times, quaternions = times.times, times.rotations()
-        q = as_quaternions(quaternions, "keyframe", 2)
+        assert quaternions is not None
+        q = as_quaternions(quaternions, "keyframe", 2, scalar_first=scalar_first)
         times = check_times(times)
         if len(times) != len(q):
             raise InputError(f"{len(times)} times for {len(q)} quaternions: one of each per keyframe is needed")
@@ -49,8 +69,11 @@ class OrientationKeys:
         ways = increments_between(q, turns)
         if turns is not None:
             # Every whole turn takes q to the other side.
-            q = q * np.concatenate([[1.0], (-1.0) ** np.cumsum(turns)])[:, None]
+            q = q * np.concatenate([[1.0], (-1.0) ** np.cumsum(np.asarray(turns))])[:, None]
         return OrientationKeys(times, q, ways)
+
+    def __repr__(self) -> str:
+        return f"OrientationKeys({len(self)}, times {self.times[0]:g} to {self.times[-1]:g})"
 
     def __len__(self) -> int:
         return len(self.times)
@@ -63,7 +86,7 @@ class OrientationKeys:
             q.append(product(q[-1], way))
         return OrientationKeys(self.times, np.array(q), ways)
 
-    def turned(self, quaternions) -> "OrientationKeys":
+    def turned(self, quaternions: "Rotations") -> "OrientationKeys":
         """Other orientations (M, 4) at the same times; of the ways between them, those nearest to the old ones."""
         q = as_quaternions(quaternions, "keyframe", 2)
         if len(q) != len(self):
