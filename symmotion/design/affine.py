@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
 from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, as_keyframes, built
+from symmotion.design.question import as_constraints, built
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
 from symmotion.jets.space import UNKNOWN, JetKernel, LinearSpace, affine_space
 from symmotion.kernels import Kernel
-from symmotion.motions import Affine, AffineMotion, Keyframes
+from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, BlockEvaluator, Constraint, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed

@@ -14,12 +14,12 @@ from symmotion import checks
 from symmotion.constraints import EndRates, ExactSamples, MotionConstraint, Periodic, Setting
 from symmotion.design.fit_space import fit_basis, require_determined, require_free
 from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, as_keyframes, built
+from symmotion.design.question import as_constraints, built
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.jets.space import UNKNOWN, LinearSpace, affine_space, block_of
-from symmotion.motions import Affine, AffineMotion, Keyframes
+from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed

@@ -14,7 +14,7 @@ from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Setting
 from symmotion.design.affine import RIGIDITY, refined_times, represent
 from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, as_keyframes, built
+from symmotion.design.question import as_constraints, built
 from symmotion.design.terms import as_objective, expression_of, kernel_of, nodes_for, parts_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
@@ -22,7 +22,7 @@ from symmotion.jets import HIGHEST_ORDER, Jet
 from symmotion.jets.affine import affine_jet
 from symmotion.jets.space import UNKNOWN, Reading, affine_space
 from symmotion.kernels import Kernel
-from symmotion.motions import Affine, AffineMotion, Keyframes
+from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, Constraint, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed

@@ -5,15 +5,7 @@ from collections.abc import Iterable, Sequence
 from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.terms import distinct
 from symmotion.errors import InputError
-from symmotion.motions import Keyframes
 from symmotion.program import Constraint
-
-
-def as_keyframes(keys: object, what: str = "keys") -> Keyframes:
-    """The keyframes; InputError unless they are some."""
-    if not isinstance(keys, Keyframes):
-        raise InputError(f"{what}: Keyframes are needed, not a {type(keys).__name__}; read_keyframes reads a file")
-    return keys
 
 
 def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
@@ -43,6 +35,6 @@ def built(constraints: Sequence[MotionConstraint], setting: Setting, given: Sequ
             name, first = numbers.setdefault(place.name, (c.name, value))
             if first != value:
                 raise InputError(
-                    f"parameter {place.name!r} has other numbers in {c.name!r} than in {name!r}: one name, one parameter"
+                    f"parameter {place.name!r} has other numbers in {c.name!r} than in {name!r}: a name is one parameter"
                 )
     return found

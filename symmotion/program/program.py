@@ -227,7 +227,7 @@ class Program(Generic[MotionT]):
         """
         target = self.constraint(name)
         fresh = replace(target, block=target.block.with_data(data))
-        if target.block.kernel.bilinear:
+        if self.linear and target.block.kernel.bilinear:
             changes = {"structure": Structure(), **changes}
         return replace(self, constraints=tuple(fresh if c is target else c for c in self.constraints), **changes)
 

@@ -2,9 +2,9 @@ import json
 
 import numpy as np
 import pytest
-from symmotion.commands.main import main, objective_by_name
 
 import symmotion as sm
+from symmotion.commands.main import main, objective_by_name
 
 KEYS = sm.examples.random_keyframes(5, 50, 1)
 

@@ -2,8 +2,8 @@ import json
 
 import numpy as np
 import pytest
-from symmotion.commands.main import main
 
+from symmotion.commands.main import main
 from symmotion.fairing import fair
 from symmotion.files.two_parameter import read_two_parameter, write_two_parameter
 from symmotion.motions.nets import noisy_net, smooth_net

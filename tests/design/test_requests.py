@@ -1,0 +1,350 @@
+"""What a user may ask of a program, in public names: each request in at most three lines beyond the program itself."""
+
+import pickle
+
+import casadi as ca
+import numpy as np
+import pytest
+from problems import body_points
+from scipy.spatial.transform import Rotation
+
+import symmotion as sm
+
+KEYS = sm.examples.random_keyframes(6, 60, 1)
+POINTS = body_points(3)
+BOTH = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(POINTS)
+TIMES = np.array([0.0, 1.0, 2.2, 3.0, 4.5])
+TURNS = Rotation.random(5, random_state=1)
+PLACES = np.random.default_rng(0).normal(size=(5, 3))
+TIP = np.array([0.3, -0.1, 0.2])
+
+
+def along(motion, count=400):
+    return np.linspace(*motion.domain, count)
+
+
+def test_body_points_stay_above_a_floor():
+    free = sm.ExactNewton().solve(sm.affine_program(KEYS, objective=BOTH)).require()
+    lowest = [free.motion.trajectory(POINTS, along(free.motion))[..., 2].min(), KEYS.translation[:, 2].min() - 1.05]
+    floor = max(lowest) + 0.02 if lowest[0] < lowest[1] else lowest[0] + 0.02
+    above = sm.JetConstraint(
+        lambda jet: ca.vertcat(*(jet.place(p)[2] for p in POINTS)), lower=floor, upper=np.inf, name="floor"
+    )
+    solution = sm.Ipopt().solve(sm.affine_program(KEYS, objective=BOTH, constraints=[above])).require(1e-7)
+    held = solution.program.constraint("floor")
+    assert solution.multipliers["floor"].shape == (held.block.count, len(POINTS))
+    times = held.block.data[:, 0]
+    assert solution.motion.trajectory(POINTS, times)[..., 2].min() > floor - 1e-6
+    assert solution.multipliers["floor"].min() < -1e-6  # a lower bound presses the other way
+    assert solution.objective > free.objective
+    assert "sampled at" in str(solution.program)
+
+
+def test_angular_rate_and_acceleration_bounded_on_an_affine_motion():
+    free = sm.ExactNewton().solve(sm.affine_program(KEYS, objective=BOTH)).motion
+    t = along(free)
+    turning = np.linalg.solve(free(t).linear, free(t, 1).linear)
+    bend = np.linalg.solve(free(t).linear, free(t, 2).linear) - turning @ turning
+    fastest, hardest = (np.linalg.norm(m - np.swapaxes(m, 1, 2), axis=(1, 2)).max() / 8**0.5 for m in (turning, bend))
+    bounds = [sm.RateBound(0.97 * fastest), sm.constraints.AccelerationBound(0.9 * hardest)]
+    program = sm.affine_program(KEYS, objective=BOTH, constraints=bounds, refine=2)
+    motion = sm.Ipopt().solve(program).require(1e-7).motion
+    times = program.constraint("rate bound").block.data[:, 0]
+    turning = np.linalg.solve(motion(times).linear, motion(times, 1).linear)
+    rate = np.linalg.norm(turning - np.swapaxes(turning, 1, 2), axis=(1, 2)) / 8**0.5
+    assert rate.max() < 0.97 * fastest * (1 + 1e-6)
+
+
+def test_torque_bounded():
+    inertia = (1.0, 2.0, 2.5)
+    objective = sm.Torque(inertia) + ORIGIN
+    free = sm.ExactNewton().solve(sm.pose_program(TIMES, TURNS, PLACES, objective=objective, refine=3))
+    most = 0.9 * _torque(free.motion.orientation, along(free.motion.orientation), inertia).max()
+    bound = sm.constraints.TorqueBound(most, inertia)
+    program = sm.pose_program(TIMES, TURNS, PLACES, objective=objective, constraints=[bound], refine=3)
+    solution = sm.Ipopt().solve(program).require(1e-6)
+    spans = program.design.setting.inside_spans(5, "")
+    assert _torque(solution.motion.orientation, spans, inertia).max() < most * (1 + 1e-5)
+    assert solution.objective > free.objective
+
+
+def _torque(curve, t, inertia):
+    jet, moments = curve.jet(t, 2), np.diag(inertia)
+    return np.linalg.norm(jet.acceleration @ moments + np.cross(jet.rate, jet.rate @ moments), axis=1)
+
+
+ORIGIN = sm.TrajectoryEnergy(np.zeros((1, 3)))
+
+
+def test_a_fit_with_an_inequality():
+    samples = sm.examples.random_keyframes(30, 10, 2)
+    free = sm.ExactNewton().solve(sm.fit_program(samples, controls=10)).motion
+    limit = 0.8 * np.linalg.norm(free(along(free), 1).translation, axis=1).max()
+    program = sm.fit_program(samples, controls=10, constraints=[sm.SpeedBound([0.0, 0.0, 0.0], limit)])
+    solution = sm.Ipopt().solve(program).require(1e-7)
+    times = program.constraint("speed").block.data[:, 0]
+    assert np.linalg.norm(solution.motion(times, 1).translation, axis=1).max() < limit * (1 + 1e-6)
+    assert solution.multipliers["speed"].max() > 1e-6
+
+
+def test_two_bodies_at_a_fixed_distance():
+    other = sm.Keyframes(KEYS.times, KEYS.linear, KEYS.translation + np.array([2.0, 0.0, 0.0]))
+    two = {"left": sm.affine_program(KEYS, objective=BOTH), "right": sm.affine_program(other, objective=BOTH)}
+    apart = sm.JetConstraint(lambda a, b: ca.sumsqr(a.v - b.v) - 4.2, at=[0.5, 2.5, 4.5], name="apart")
+    solution = sm.ExactNewton().solve(sm.join(two, [apart])).require(1e-8)
+    left, right = solution.motions["left"], solution.motions["right"]
+    gap = np.linalg.norm(left([0.5, 2.5, 4.5]).translation - right([0.5, 2.5, 4.5]).translation, axis=1)
+    np.testing.assert_allclose(gap, np.sqrt(4.2), rtol=1e-9)
+    assert solution.multipliers["apart"].shape == (3,)
+    assert solution.multipliers["left: keyframes"].linear.shape == (6, 3, 3)
+    by_ipopt = sm.Ipopt().solve(sm.join(two, [apart])).require(1e-7)
+    assert by_ipopt.objective == pytest.approx(solution.objective, rel=1e-8)
+    alone = sum(sm.ExactNewton().solve(p).objective for p in two.values())
+    assert solution.objective > alone
+
+
+@pytest.mark.parametrize("kinds", ["affine and pose", "pose and orientation", "affine and curve"])
+def test_bodies_of_different_kinds(kinds):
+    keys = sm.Keyframes.from_rotations(TIMES, TURNS, PLACES)
+    programs = {
+        "affine": sm.affine_program(keys, objective=BOTH),
+        "pose": sm.pose_program(keys),
+        "orientation": sm.orientation_program(keys),
+        "curve": sm.curve_program(keys),
+    }
+    first, second = kinds.split(" and ")
+    names = {
+        "affine and pose": lambda a, b: a.place(TIP) - b.place(TIP),
+        "pose and orientation": lambda a, b: a.rate - b.rate,
+        "affine and curve": lambda a, b: a.v - b.x,
+    }
+    joint = sm.JetConstraint(names[kinds], at=[(1.6, 2.6)], name="joint")
+    program = sm.join({first: programs[first], second: programs[second]}, [joint])
+    solution = sm.ExactNewton().solve(program).require(1e-8)
+    gap = solution.program.constraint("joint")
+    assert gap.block.count == 1 and gap.size == 3
+    assert solution.violation < 1e-8
+    plain = sm.Ipopt().solve(program).require(1e-6)
+    assert plain.objective == pytest.approx(solution.objective, rel=1e-7)
+
+
+def test_derivatives_of_coupled_blocks_against_differences():
+    other = sm.pose_program(TIMES, TURNS, PLACES)
+    mine = sm.affine_program(sm.Keyframes.from_rotations(TIMES, TURNS, PLACES), objective=BOTH)
+    program = sm.join({"a": mine, "b": other}, [sm.JetConstraint(_distance, at=[1.6, 3.7], name="distance")])
+    evaluator = sm.program.Evaluator(program)
+    rng = np.random.default_rng(3)
+    x, d, step = program.x0, rng.normal(size=program.unknowns), 1e-6
+    slope = (evaluator.values(x + step * d) - evaluator.values(x - step * d)) / (2 * step)
+    np.testing.assert_allclose(evaluator.jacobian(x) @ d, slope, atol=1e-6)
+    mu = rng.normal(size=program.conditions)
+    triangle = sm.systems.HessianTriangle.of(program)
+    _, values = evaluator.second_order(x, triangle.pattern, mu)
+    bend = (
+        evaluator.gradient(x + step * d)
+        + evaluator.jacobian(x + step * d).T @ mu
+        - evaluator.gradient(x - step * d)
+        - evaluator.jacobian(x - step * d).T @ mu
+    ) / (2 * step)
+    np.testing.assert_allclose(triangle.full(values, program.unknowns) @ d, bend, atol=1e-4 * np.abs(bend).max())
+
+
+def _distance(a, b):
+    return ca.sumsqr(a.place(TIP) - b.place(2 * TIP))
+
+
+def test_rates_equal_at_two_keyframes_and_positions_at_two_times_between():
+    same = [
+        sm.JetConstraint(lambda a, b: a.dA - b.dA, at=[(KEYS.times[1], KEYS.times[4])], name="same rate"),
+        sm.JetConstraint(lambda a, b: a.A - b.A, at=[(0.5, 4.5)], name="same position"),
+    ]
+    solution = sm.ExactNewton().solve(sm.affine_program(KEYS, constraints=same, refine=2)).require(1e-8)
+    motion, t = solution.motion, KEYS.times
+    np.testing.assert_allclose(motion(t[1], 1).linear, motion(t[4], 1).linear, atol=1e-8)
+    np.testing.assert_allclose(motion(0.5).linear, motion(4.5).linear, atol=1e-8)
+    assert solution.multipliers["same rate"].shape == (1, 3, 3)
+
+
+def test_a_tip_that_touches_down_with_a_velocity_that_is_changed():
+    touch = sm.JetConstraint(
+        lambda jet, p: jet.velocity(TIP) - p.v, at=2.5, name="touch", parameters={"v": [0.0, 0.0, -0.1]}
+    )
+    program = sm.pose_program(TIMES, TURNS, PLACES, constraints=[touch], refine=2)
+    for v in ([0.0, 0.0, -0.1], [0.1, 0.2, -0.3]):
+        changed = program.with_parameters(v=v)
+        assert changed.structure is program.structure
+        solution = sm.ExactNewton().solve(changed).require(1e-8)
+        np.testing.assert_allclose(_velocity(solution.motion, TIP, 2.5), v, atol=1e-8)
+        assert solution.multipliers["touch"].shape == (3,)
+    moved = changed.with_keyframes(sm.Keyframes.from_rotations(TIMES, TURNS, PLACES + 0.1))
+    assert moved.parameters["v"].tolist() == [0.1, 0.2, -0.3]
+
+
+def _velocity(motion, point, t, step=1e-6):
+    ends = motion.trajectory(point[None], [t - step, t + step])
+    return np.diff(ends, axis=0).ravel()[:3] / (2 * step)
+
+
+def test_the_multiplier_of_a_matrix_is_the_change_of_the_optimum():
+    target = np.array([[0.9, 0.1, 0.0], [0.0, 1.0, 0.0], [0.2, 0.0, 1.1]])
+
+    def solve(at, change=0.0):
+        moved = target.copy()
+        moved[2, 0] += change
+        rows = sm.JetConstraint(lambda jet: jet.A, lower=moved, upper=moved, at=at, name="there")
+        return sm.ExactNewton().solve(sm.affine_program(KEYS, constraints=[rows], refine=2)).require()
+
+    slope = (solve(2.5, 1e-5).objective - solve(2.5, -1e-5).objective) / 2e-5
+    assert -solve(2.5).multipliers["there"][2, 0] == pytest.approx(slope, rel=1e-5)
+    assert solve([2.5]).multipliers["there"].shape == (1, 3, 3)
+    assert solve(2.5).multipliers["there"].shape == (3, 3)
+
+
+def test_a_parameter_of_the_same_name_is_one_and_the_plain_problem_has_it():
+    def first(jet, p):
+        return jet.place(TIP)[2] - p.height
+
+    def second(jet, p):
+        return jet.v[0] - 2 * p.height
+
+    both = [
+        sm.JetConstraint(first, at=0.5, name="one", parameters={"height": 0.3}),
+        sm.JetConstraint(second, at=1.5, name="two", parameters={"height": 0.3}),
+    ]
+    program = sm.affine_program(KEYS, objective=BOTH, constraints=both).with_parameters(height=0.4)
+    solution = sm.ExactNewton().solve(program).require()
+    assert solution.motion(1.5).translation[0] == pytest.approx(0.8)
+    nlp = program.nlp()
+    solver = ca.nlpsol(
+        "plain", "ipopt", {k: nlp[k] for k in "xpfg"}, {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes"}
+    )
+    found = solver(x0=nlp["x0"], p=[0.4], lbg=nlp["lbg"], ubg=nlp["ubg"])
+    assert float(found["f"]) == pytest.approx(solution.objective, rel=1e-7)
+    other = [both[0], sm.JetConstraint(second, at=1.5, name="two", parameters={"height": 0.5})]
+    with pytest.raises(sm.InputError, match="parameter 'height' has other numbers in 'two' than in 'one'"):
+        sm.affine_program(KEYS, objective=BOTH, constraints=other)
+    with pytest.raises(sm.InputError, match="no parameter 'depth'; there are height"):
+        program.with_parameters(depth=1.0)
+
+
+PROGRAMS = {
+    "affine": lambda c: sm.affine_program(KEYS, objective=BOTH, constraints=c),
+    "fit": lambda c: sm.fit_program(sm.examples.random_keyframes(20, 10, 2), controls=9, constraints=c),
+    "free times": lambda c: sm.free_times_program(KEYS[:4], objective=BOTH, constraints=c),
+    "orientation": lambda c: sm.orientation_program(TIMES, TURNS, constraints=c),
+    "pose": lambda c: sm.pose_program(TIMES, TURNS, PLACES, constraints=c),
+    "curve": lambda c: sm.curve_program(KEYS, constraints=c),
+}
+SAYS = {
+    "orientation": lambda jet: jet.rate[2],
+    "curve": lambda jet: jet.dx[1],
+}
+
+
+@pytest.mark.parametrize("kind", PROGRAMS)
+@pytest.mark.parametrize("at", [None, 1.3, [1.3, 1.7]], ids=["everywhere", "a time", "times"])
+def test_every_kind_of_program_takes_what_its_jet_can_say(kind, at):
+    says = SAYS.get(kind, lambda jet: jet.velocity([0.1, 0.2, 0.3])[1])
+    loose = PROGRAMS[kind]([sm.JetConstraint(says, lower=-np.inf, upper=1e3, at=at, name="bound")])
+    free = sm.Ipopt().solve(loose)
+    values = sm.program.Evaluator(loose).values(free.x)[-loose.constraint("bound").size :]
+    top = values.max() - 0.02 * (values.max() - values.min() + 0.1)
+    bound = sm.JetConstraint(says, lower=-np.inf, upper=top, at=at, name="bound")
+    program = PROGRAMS[kind]([bound])
+    solution = sm.Ipopt().solve(program)
+    assert solution.require(1e-6).objective >= free.objective * (1 - 1e-9)
+    shape = solution.multipliers["bound"].shape
+    assert len(shape) == 1 if at is None else shape == np.shape(at)
+    sent = pickle.loads(pickle.dumps(program))
+    assert sm.Ipopt().solve(sent).objective == pytest.approx(solution.objective, rel=1e-12)
+    again = sm.Ipopt().solve(pickle.loads(pickle.dumps(program.design)).program())
+    assert again.objective == pytest.approx(solution.objective, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", PROGRAMS)
+def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
+    says = SAYS.get(kind, lambda jet: jet.velocity([0.1, 0.2, 0.3])[1])
+
+    def solve(value):
+        fixed = sm.JetConstraint(says, lower=value, upper=value, at=1.3, name="fixed")
+        return sm.Ipopt(tolerance=1e-10).solve(PROGRAMS[kind]([fixed]))
+
+    slope = (solve(0.1 + 1e-4).objective - solve(0.1 - 1e-4).objective) / 2e-4
+    assert -float(solve(0.1).multipliers["fixed"]) == pytest.approx(slope, rel=1e-4, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: sm.JetConstraint("speed"), "function 'speed': a function of a jet"),
+        (lambda: sm.JetConstraint(lambda jet: jet.v, lower=1.0, upper=0.0), "the lower bound is above"),
+        (lambda: sm.JetConstraint(lambda jet: jet.v, lower=-np.inf, upper=np.inf), "both bounds are infinite"),
+        (lambda: sm.JetConstraint(lambda jet: jet.v, upper=np.nan), "a bound is not a number"),
+        (lambda: sm.JetConstraint(lambda jet: jet.v, at=[]), "at of shape"),
+        (lambda: sm.JetConstraint(lambda jet: jet.v, at=np.inf), "at of shape"),
+        (lambda: sm.JetConstraint(lambda jet: jet.v, parameters={"v": []}), "parameter 'v'"),
+        (lambda: PROGRAMS["affine"](sm.RateBound(1.0)), r"constraints: a list is needed, \[RateBound"),
+        (lambda: PROGRAMS["affine"]("floor"), "constraints 'floor': a list of conditions"),
+        (lambda: PROGRAMS["affine"](["floor"]), "'floor' is no condition"),
+        (lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: jet.w)]), "fails on jets of kind affine 3D"),
+        (lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: 3.0, name="three")]), "three does not depend"),
+        (lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: jet.v, at=9.0)]), r"time 9.0 is outside .*\[0, 5\]"),
+        (
+            lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: jet.v, upper=[1.0, 2.0], at=0.5)]),
+            r"a bound of shape \(2,\) for values of shape \(3,\)",
+        ),
+        (lambda: PROGRAMS["orientation"]([sm.Velocity(0, [0, 0, 0])]), "translation"),
+        (lambda: PROGRAMS["pose"]([sm.Tolerance(linear=0.1)]), "give a turn"),
+        (lambda: PROGRAMS["affine"]([sm.Tolerance(turn=0.1)]), "give linear"),
+        (lambda: PROGRAMS["curve"]([sm.RateBound(1.0)]), "rate"),
+        (lambda: sm.join({"a": PROGRAMS["affine"](())}), "two names or more"),
+        (lambda: sm.join({"a": PROGRAMS["affine"](()), "b": 3}), "programs, 'b': a program"),
+        (lambda: sm.orientation_program(TIMES, TURNS, knots_per_interval=2), "knots_per_interval is refine"),
+        (lambda: sm.orientation_program(TIMES, TURNS, inertia=(1, 2, 2)), r"inertia is objective=Torque\(inertia\)"),
+        (lambda: sm.affine_program("walk.bvh"), "read_keyframes"),
+        (lambda: sm.measure(sm.Rigidity(), KEYS), "the motion comes first"),
+    ],
+)
+def test_bad_input_names_the_argument(make, message):
+    with pytest.raises(sm.InputError, match=message):
+        make()
+
+
+def test_energies_of_any_jet_add_scale_and_subtract():
+    energy = 2.0 * sm.Torque() + ORIGIN / 4
+    assert energy == sm.Torque() * 2 + 0.25 * sm.TrajectoryEnergy(np.zeros((1, 3)))
+    motion = sm.ExactNewton().solve(sm.pose_program(TIMES, TURNS, PLACES, objective=energy)).motion
+    parts = sm.measure(motion, sm.Torque()), sm.measure(motion, ORIGIN)
+    assert sm.measure(motion, energy) == pytest.approx(2 * parts[0] + parts[1] / 4, rel=1e-12)
+    assert sm.measure(motion, energy - ORIGIN / 4) == pytest.approx(2 * parts[0], rel=1e-9)
+    assert sm.measure(motion, sm.Torque() - ORIGIN) == pytest.approx(parts[0] - parts[1], rel=1e-9)
+    own = sm.JetEnergy(lambda jet: jet.acceleration, squares=True, label="own")
+    assert sm.measure(motion, own) == pytest.approx(parts[0], rel=1e-10)
+    written = sm.JetEnergy(lambda jet: ca.sumsqr(jet.acceleration_of([0.0, 0.0, 0.0])))
+    assert sm.measure(motion, written) == pytest.approx(parts[1], rel=1e-9)
+    mixed = sm.ExactNewton().solve(sm.pose_program(TIMES, TURNS, PLACES, objective=own + written)).require(1e-7)
+    plain = sm.ExactNewton().solve(sm.pose_program(TIMES, TURNS, PLACES)).require()
+    assert mixed.objective == pytest.approx(plain.objective, rel=1e-8)
+
+
+def test_a_frozen_dataclass_with_arrays_is_an_energy_and_a_constraint():
+    from dataclasses import dataclass
+
+    @dataclass(frozen=True)
+    class Pull(sm.energies.Energy):
+        towards: np.ndarray
+
+        def residuals(self, jet):
+            return jet.v - self.towards
+
+    @dataclass(frozen=True)
+    class Through(sm.constraints.MotionConstraint):
+        place: np.ndarray
+        name: str = "through"
+
+        def stated(self, setting):
+            return sm.JetConstraint(lambda jet: jet.v - self.place, at=0.5, name=self.name)
+
+    program = sm.affine_program(KEYS, objective=BOTH + Pull(np.zeros(3)), constraints=[Through(np.ones(3))])
+    solution = sm.ExactNewton().solve(program).require()
+    np.testing.assert_allclose(solution.motion(0.5).translation, 1.0, atol=1e-9)
