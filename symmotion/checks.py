@@ -1,5 +1,6 @@
 """What is refused, in one voice: InputErrors that name the argument, what was given and what is needed."""
 
+import os
 from collections.abc import Iterable
 from numbers import Real
 from typing import Any
@@ -39,6 +40,13 @@ def choice(value: Any, known: Iterable[Any], what: str) -> Any:
     known = tuple(known)
     if value not in known:
         raise InputError(f"{what} {value!r} is unknown; there are {', '.join(map(str, known))}")
+    return value
+
+
+def file_path(value: Any, what: str = "path") -> str | os.PathLike[str]:
+    """The value; InputError unless it is a path: text or a path object, no bytes and no open file."""
+    if not isinstance(value, str | os.PathLike) or isinstance(os.fspath(value), bytes):
+        raise InputError(f"{what} of type {type(value).__name__}: a str or a pathlib.Path is needed")
     return value
 
 

@@ -165,10 +165,10 @@ def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy)
 
 def _fair(options: argparse.Namespace) -> int:
     from symmotion.fairing import fair
-    from symmotion.files.two_parameter import FORMATS, read_two_parameter, write_two_parameter
+    from symmotion.files import read_two_parameter, write_two_parameter
 
     for path in options.output:
-        format_of(path, None, FORMATS)  # before the work, not after it
+        format_of(path, None, ("json", "npz"))  # before the work, not after it
     motion = read_two_parameter(options.file)
     region = None if options.region is None else (options.region[:2], options.region[2:])
     try:

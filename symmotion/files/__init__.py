@@ -1,17 +1,27 @@
-"""Keyframes and motions in and out of files."""
+"""Keyframes, motions and meshes in and out of files.
+
+Every format is a row of the table `FORMATS`: its ending, what it holds, the functions that read and
+write it, their options. One of your own is one more row, handed to a door:
+
+    mine = Format("points", ("pts",), "keyframes", "one position a line", read=read_points)
+    keys = read_keyframes("walk.pts", formats=(*FORMATS, mine))
+"""
 
 from symmotion.files.bvh import read_bvh
+from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf_keyframes
 from symmotion.files.gltf_writing import write_gltf
-from symmotion.files.meshes import write_mesh
-from symmotion.files.reading import read_keyframes, read_motion
+from symmotion.files.reading import read_keyframes, read_motion, read_two_parameter
 from symmotion.files.skeleton import Skeleton, joint_trajectories
-from symmotion.files.two_parameter import read_two_parameter, write_two_parameter
+from symmotion.files.table import FORMATS
 from symmotion.files.usd import write_usd
-from symmotion.files.writing import write_keyframes, write_motion
+from symmotion.files.writing import write_keyframes, write_mesh, write_motion, write_two_parameter
 from symmotion.files.written import WrittenMotion
 
 __all__ = [
+    "FORMATS",
+    "Format",
+    "Option",
     "Skeleton",
     "WrittenMotion",
     "joint_trajectories",

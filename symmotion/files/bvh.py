@@ -6,12 +6,14 @@ from collections.abc import Iterator
 from typing import NoReturn, TextIO
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.numbers import finite
 from symmotion.files.opening import readable
 from symmotion.files.skeleton import AXES, CHANNELS, Joint, Skeleton
+from symmotion.motions import Keyframes
 
 LONGEST_LINE = 10**6
 MOST_JOINTS = 100_000
@@ -33,6 +35,16 @@ def read_bvh(path: FilePath) -> Skeleton:
         if not channels:
             reader.fail("the joints have no channels: nothing moves")
         return _read_motion(reader, joints, channels)
+
+
+def read_bvh_keyframes(path: FilePath, *, times: ArrayLike | None = None, node: str | int = 0) -> Keyframes:
+    """The positions of a joint of a .bvh file in the world, by name or index, at its frames or the times given."""
+    skeleton = read_bvh(path)
+    try:
+        keyframes = skeleton.keyframes(node)
+        return keyframes if times is None else Keyframes(np.asarray(times), keyframes.linear, keyframes.translation)
+    except InputError as error:  # which knows no file
+        raise InputError(f"{path}: {error}") from None
 
 
 class _Reader:

@@ -8,6 +8,8 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
+from symmotion.files.opening import readable
+from symmotion.whole import whole_file
 
 
 def read_object(path: FilePath, handle: TextIO) -> dict[str, Any]:
@@ -21,6 +23,18 @@ def read_object(path: FilePath, handle: TextIO) -> dict[str, Any]:
     if not isinstance(document, dict):
         raise InputError(f"{path}: a JSON object, {{…}}, is needed")
     return document
+
+
+def write_object(path: FilePath, document: dict[str, Any]) -> None:
+    """Write a JSON object, arrays as nested lists, numbers so that they come back exactly."""
+    with whole_file(path) as handle:
+        handle.write(json.dumps(document, default=np.ndarray.tolist) + "\n")
+
+
+def entries_of(path: FilePath) -> dict[str, Any]:
+    """The JSON object in a file of that name, its numbers as floats."""
+    with readable(path) as handle:
+        return read_object(path, handle)
 
 
 def require_entries(

@@ -1,36 +1,155 @@
-"""The file formats and the names of their columns and entries."""
+"""What a file format is: a row with its endings, what it holds, what reads and writes it, and with which options."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal, get_args
 
+from symmotion import checks
 from symmotion.errors import InputError
 
 FilePath = str | os.PathLike[str]
+Holds = Literal["keyframes", "motion", "scene", "film", "mesh", "net"]
+Way = Literal["read", "write"]
 
-FORMATS = ("tum", "kitti", "csv", "json")
-# What other tools animate: keyframes are read from the first group, motions written as the second and the third.
-ANIMATIONS = ("bvh", "glb", "gltf")
-SCENES = ("glb", "usda")
-FILMS = ("gif", "mp4")
 
-TIMES = (("t",), ("time",), ("timestamp",))
-TRANSLATIONS = (("x", "y", "z"), ("tx", "ty", "tz"), ("v1", "v2", "v3"))
-QUATERNION = ("qx", "qy", "qz", "qw")
-ANGLE = ("theta",)
-MATRICES = {d: tuple(f"a{i}{j}" for i in range(1, d + 1) for j in range(1, d + 1)) for d in (2, 3)}
+@dataclass(frozen=True)
+class Option:
+    """What a reader or writer can be told; name: of its keyword; meaning: one line.
 
-TUM = ("t", "tx", "ty", "tz", *QUATERNION)
-KITTI = ("a11", "a12", "a13", "v1", "a21", "a22", "a23", "v2", "a31", "a32", "a33", "v3")
+    of_text: makes its value of a word, for the command line, bool where it is a flag without one,
+    None where words cannot say it; default: what leaving it out means, None where the format
+    decides; check: from a value and its name to the value, or an InputError.
+    """
 
-# What makes a JSON file a motion, and the entries that it holds beside.
-MOTION = {"symmotion": "affine-motion", "version": 1}
-MOTION_ENTRIES = ("degree", "periodic", "knots", "linear", "translation")
+    name: str
+    meaning: str
+    # Values are of the option's own kind: numbers, names, arrays, bodies.
+    of_text: Callable[[str], Any] | None = None
+    default: Any = None
+    check: Callable[[Any, str], Any] | None = None
+
+
+@dataclass(frozen=True)
+class Format:
+    """A row of the table of formats.
+
+    name; endings: without the dot; holds: what a file of it is, "keyframes", "motion" (exactly or
+    in samples), "scene" and "film" (a motion to be looked at), "mesh" or "net" (a two-parameter
+    motion); help: one line.
+    read: from a path to that; write: from that and a path, to what is to be said of the file or
+    None; each takes its options, `reading` and `writing`, as keywords, and is None where the format
+    is not read or written.
+    claims: of formats that share an ending, whether the file at a path is of this one.
+    check: what can be refused before there is anything to write, from a path and the options of `write`.
+    """
+
+    name: str
+    endings: tuple[str, ...]
+    holds: Holds
+    help: str
+    # What is read and written depends on `holds`: the doors, `read_keyframes` and its like, have the types.
+    read: Callable[..., Any] | None = None
+    write: Callable[..., Any] | None = None
+    reading: tuple[Option, ...] = ()
+    writing: tuple[Option, ...] = ()
+    claims: Callable[[FilePath], bool] | None = None
+    check: Callable[..., object] | None = None
+
+    def __post_init__(self):
+        checks.choice(self.holds, get_args(Holds), f"format {self.name}: holds")
+        endings = self.endings
+        if not isinstance(endings, tuple) or not endings or any(e != e.lower() or "." in e or not e for e in endings):
+            raise InputError(f"format {self.name}: endings {endings!r}: a tuple as ('tum',), without dots, is needed")
+        if self.read is None and self.write is None:
+            raise InputError(f"format {self.name}: a function that reads it, or one that writes it, is needed")
+
+    def options(self, way: Way) -> tuple[Option, ...]:
+        """What can be said when a file is read, or written."""
+        return self.reading if way == "read" else self.writing
+
+
+def rows(formats: Iterable[Format], way: Way, *holds: Holds) -> tuple[Format, ...]:
+    """The rows that can be read, or written, and hold one of these."""
+    return tuple(row for row in formats if row.holds in holds and getattr(row, way) is not None)
+
+
+def endings(among: Iterable[Format]) -> tuple[str, ...]:
+    """The endings of these rows, each once."""
+    return tuple(dict.fromkeys(ending for row in among for ending in row.endings))
+
+
+def takers(option: str, way: Way, among: Iterable[Format]) -> tuple[str, ...]:
+    """The endings of the rows that take an option."""
+    return endings(row for row in among if any(option == known.name for known in row.options(way)))
 
 
 def format_of(path: FilePath, format: str | None, formats: Sequence[str]) -> str:
     """The format given, else the one that the ending of `path` names; InputError unless it is one of `formats`."""
-    chosen = Path(path).suffix.lower().removeprefix(".") if format is None else format
+    ending = Path(checks.file_path(path)).suffix.lower().removeprefix(".")
+    chosen = ending if format is None else format
     if chosen not in formats:
+        if format is None and Path(path).is_dir():
+            raise InputError(f"{path}: is a directory; name a file in it")
         raise InputError(f"{path}: format {chosen!r} is unknown; there are {', '.join(formats)}")
     return chosen
+
+
+def row_of(path: FilePath, among: Sequence[Format], format: str | None = None) -> Format:
+    """The row of the format given, else of the path's ending; InputError where there is none, or more than one."""
+    chosen = format_of(path, format, endings(among))
+    found = [row for row in among if chosen in row.endings]
+    if len(found) > 1:
+        names = " and ".join(row.name for row in found)
+        raise InputError(f"{path}: the formats {names} all have the ending {chosen!r}: leave all but one of them out")
+    return found[0]
+
+
+def keywords(
+    path: FilePath, row: Format, way: Way, given: Mapping[str, Any], among: Sequence[Format]
+) -> dict[str, Any]:
+    """The options that are given, neither None nor False, checked; InputError for one that the row does not take.
+
+    among: the rows that could have been meant, of which the message names those that take it.
+    """
+    known = {option.name: option for option in row.options(way)}
+    said = {name: value for name, value in given.items() if value is not None and value is not False}
+    for name in said:
+        if name not in known:
+            others = ", ".join(takers(name, way, among))
+            raise InputError(
+                f"{path}: {row.name} has no {name}: " + (f"it goes with {others}" if others else "leave it out")
+            )
+    return {name: v if (check := known[name].check) is None else check(v, name) for name, v in said.items()}
+
+
+# The doors, `read_keyframes` and its like, say of what type a value is.
+def read_file(
+    path: FilePath,
+    formats: Iterable[Format],
+    *holds: Holds,
+    format: str | None = None,
+    options: Mapping[str, Any] = MappingProxyType({}),
+) -> Any:
+    """What a file holds, one of these, read by its row with those of the options that are given."""
+    among = rows(formats, "read", *holds)
+    row = row_of(path, among, format)
+    assert row.read is not None
+    return row.read(path, **keywords(path, row, "read", options, among))
+
+
+def write_file(
+    value: Any,
+    path: FilePath,
+    formats: Iterable[Format],
+    *holds: Holds,
+    format: str | None = None,
+    options: Mapping[str, Any] = MappingProxyType({}),
+) -> Any:
+    """Write a value by the row of a format that holds one of these; returns what the writer says of the file."""
+    among = rows(formats, "write", *holds)
+    row = row_of(path, among, format)
+    assert row.write is not None
+    return row.write(value, path, **keywords(path, row, "write", options, among))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
@@ -52,7 +53,9 @@ class Channel:
 Channels = dict[int, dict[str, Place]]
 
 
-def read_gltf_keyframes(path: FilePath, node: str | int | None = None, animation: str | int = 0) -> Keyframes:
+def read_gltf_keyframes(
+    path: FilePath, node: str | int | None = None, animation: str | int = 0, *, times: ArrayLike | None = None
+) -> Keyframes:
     """The positions of an animated node of a .glb or .gltf file in the scene, at its key times.
 
     Translation, rotation and scale of the node and of the nodes above it, each by its sampler
@@ -61,7 +64,8 @@ def read_gltf_keyframes(path: FilePath, node: str | int | None = None, animation
     part is the product of the R diag(s) on the way down.
 
     node: name or index; left out: the only animated one, or the one that all other animated
-    nodes hang from, as the root of a skeleton. animation: name or index, the first when left out.
+    nodes hang from, as the root of a skeleton. animation: name or index, the first when left out. times: (M,), in
+    place of the keys' own.
 
     Read are embedded buffers and files in the same directory; not: sparse accessors and meshes
     or animations under compression. Raises InputError that names the file and the entry or byte at fault.
@@ -78,22 +82,22 @@ def read_gltf_keyframes(path: FilePath, node: str | int | None = None, animation
     if not any(k in channels for k in chain):
         raise InputError(f"{path}: node {_name(nodes[index])} does not move; animated are {_listed(nodes, channels)}")
     read: dict[int, dict[str, Channel]] = {}
-    keys = 0
+    count = 0
     for k in chain:
         read[k] = {}
         for name, sampler in channels.get(k, {}).items():
             read[k][name] = _channel(file, sampler, name)
-            keys += len(read[k][name].times)
+            count += len(read[k][name].times)
             # Samplers may share their data, so that a small file can ask for much.
-            if keys > MOST_KEYS:
+            if count > MOST_KEYS:
                 raise sampler.fault(f"more than {MOST_KEYS:g} keys in all move node {_name(nodes[index])}")
-    times = np.unique(np.concatenate([c.times for part in read.values() for c in part.values()]))
-    linear, translation = np.tile(np.eye(3), (len(times), 1, 1)), np.zeros((len(times), 3))
+    keys = np.unique(np.concatenate([c.times for part in read.values() for c in part.values()]))
+    linear, translation = np.tile(np.eye(3), (len(keys), 1, 1)), np.zeros((len(keys), 3))
     for k in chain:
-        a, v = _local(nodes[k], read[k], times)
+        a, v = _local(nodes[k], read[k], keys)
         linear, translation = a @ linear, v + np.einsum("nij,nj->ni", a, translation)
     try:
-        return Keyframes(times, linear, translation)
+        return Keyframes(keys if times is None else np.asarray(times), linear, translation)
     except InputError as error:
         raise InputError(f"{path}, node {_name(nodes[index])}: {error}") from None
 

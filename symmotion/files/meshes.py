@@ -4,10 +4,8 @@ import numpy as np
 
 from symmotion.bodies.mesh import Mesh
 from symmotion.errors import InputError
-from symmotion.files.formats import FilePath, format_of
+from symmotion.files.formats import FilePath
 from symmotion.whole import whole_file
-
-FORMATS = ("obj", "ply", "stl")
 
 # How far single precision may move a vertex, relative to the size of the mesh.
 ROUNDING = 1e-4
@@ -27,37 +25,29 @@ FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
-def write_mesh(mesh: Mesh, path: FilePath) -> None:
-    """Write a mesh as the ending of `path` says, triangles anticlockwise as seen from outside.
-
-    obj: text, numbers that come back exactly; ply: binary, little endian, double precision;
-    stl: binary, single precision, a normal per triangle and no shared vertices, as the format
-    has it. The file appears whole or not at all.
-
-    Raises InputError for another ending, for a mesh whose coordinates single precision would
-    move by more than 1e-4 of its size (stl), and for a path that cannot be written.
-    """
-    chosen = format_of(path, None, FORMATS)
-    if chosen == "obj":
-        lines = [f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist()]
-        lines += [f"f {a} {b} {c}\n" for a, b, c in (mesh.triangles + 1).tolist()]
-        with whole_file(path) as handle:
-            handle.write("# symmotion\n")
-            handle.writelines(lines)
-        return
-    content = _ply(mesh) if chosen == "ply" else _stl(mesh, path)
-    with whole_file(path, binary=True) as handle:
-        handle.write(content)
+def write_obj(mesh: Mesh, path: FilePath) -> None:
+    """Write a mesh as text."""
+    lines = [f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist()]
+    lines += [f"f {a} {b} {c}\n" for a, b, c in (mesh.triangles + 1).tolist()]
+    with whole_file(path) as handle:
+        handle.write("# symmotion\n")
+        handle.writelines(lines)
 
 
-def _ply(mesh: Mesh) -> bytes:
+def write_ply(mesh: Mesh, path: FilePath) -> None:
+    """Write a mesh in binary, little endian, in double precision."""
     header = PLY_HEADER.format(vertices=len(mesh.vertices), triangles=len(mesh.triangles))
     faces = np.empty(len(mesh.triangles), dtype=FACE)
     faces["count"], faces["corners"] = 3, mesh.triangles
-    return header.encode("ascii") + mesh.vertices.astype("<f8").tobytes() + faces.tobytes()
+    with whole_file(path, binary=True) as handle:
+        handle.write(header.encode("ascii") + mesh.vertices.astype("<f8").tobytes() + faces.tobytes())
 
 
-def _stl(mesh: Mesh, path: FilePath) -> bytes:
+def write_stl(mesh: Mesh, path: FilePath) -> None:
+    """Write a mesh in binary, in single precision; InputError where that moves a vertex by more than 1e-4 of its size.
+
+    A normal per triangle, and no shared vertices.
+    """
     with np.errstate(over="ignore"):
         moved = np.abs(mesh.vertices.astype("<f4") - mesh.vertices)
     far = (moved > ROUNDING * np.ptp(mesh.vertices, axis=0).max()).any(axis=1)
@@ -70,4 +60,5 @@ def _stl(mesh: Mesh, path: FilePath) -> bytes:
     facets = np.zeros(len(mesh.triangles), dtype=FACET)
     facets["normal"] = mesh.area_vectors / np.where(size > 0, size, 1.0)
     facets["corners"] = mesh.vertices[mesh.triangles]
-    return b"symmotion".ljust(80) + np.uint32(len(facets)).astype("<u4").tobytes() + facets.tobytes()
+    with whole_file(path, binary=True) as handle:
+        handle.write(b"symmotion".ljust(80) + np.uint32(len(facets)).astype("<u4").tobytes() + facets.tobytes())

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 
@@ -15,6 +16,7 @@ LARGEST = 512 * 2**20
 @contextmanager
 def readable(path: FilePath, binary: bool = False) -> Iterator[Any]:
     """A handle for reading UTF-8 text, or bytes; what is wrong with the file as such becomes an InputError."""
+    checks.file_path(path)
     try:
         status = os.stat(path)
         if not stat.S_ISREG(status.st_mode):

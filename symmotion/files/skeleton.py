@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.motions import Keyframes, copy_deviations, keyframes_from_copies
 
@@ -58,8 +59,7 @@ class Skeleton:
         channels = sum(len(joint.channels) for joint in self.joints)
         if motion.ndim != 2 or motion.shape[1] != channels or not len(motion) or not np.isfinite(motion).all():
             raise InputError(f"frames of shape {motion.shape}: finite, shape (F, {channels}), F ≥ 1, are needed")
-        if not (np.isfinite(self.frame_time) and self.frame_time > 0):
-            raise InputError(f"a frame time of {self.frame_time!r}: a positive number of seconds is needed")
+        checks.positive(self.frame_time, "frame_time")
         object.__setattr__(self, "motion", motion)
 
     def __repr__(self) -> str:

@@ -1,67 +1,66 @@
 """Two-parameter motions in and out of JSON and NPZ files."""
 
-import json
 import zipfile
 from typing import Any
 
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.files.documents import read_list, read_object, require_entries
-from symmotion.files.formats import FilePath, format_of
+from symmotion.files.documents import entries_of, read_list, require_entries, write_object
+from symmotion.files.formats import FilePath
 from symmotion.files.opening import readable
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.two_parameter import Knots, TwoParameterMotion, as_basis
 from symmotion.splines import BSplineBasis
 from symmotion.whole import whole_file
 
-FORMATS = ("json", "npz")
 # What makes a file a two-parameter motion; then its entries, and those of a net of control displacements.
 MARK = {"symmotion": "two-parameter-motion", "version": 1}
 MOTION = (("degree", "knots_u", "knots_v", "real"), ("dual",))
 NET = (("axis", "angle"), ("translation", "knots_u", "knots_v"))
 
 
-def write_two_parameter(motion: TwoParameterMotion, path: FilePath) -> None:
-    """Write a two-parameter motion exactly, for `read_two_parameter`: .json or .npz.
+def read_net_json(path: FilePath) -> TwoParameterMotion:
+    """The motion, or net of displacements, of a JSON object; see `read_two_parameter`."""
+    document = entries_of(path)
+    entries = {k: read_list(path, document, k) for k in document if k not in MARK}
+    return _made(path, entries, {k: document[k] for k in MARK if k in document})
 
-    Entries: degree (2,), knots_u, knots_v, real (n, m, 4) and for a spatial motion dual
-    (n, m, 4), scalar-first. The file appears whole or not at all.
-    """
-    chosen = format_of(path, None, FORMATS)
-    entries: dict[str, Any] = {
+
+def read_net_npz(path: FilePath) -> TwoParameterMotion:
+    """The motion, or net of displacements, of an archive of arrays; see `read_two_parameter`."""
+    return _made(path, *_read_npz(path))
+
+
+def write_net_json(motion: TwoParameterMotion, path: FilePath) -> None:
+    """Write a motion as a JSON object."""
+    write_object(path, MARK | _entries(motion))
+
+
+def write_net_npz(motion: TwoParameterMotion, path: FilePath) -> None:
+    """Write a motion as an archive of arrays."""
+    with whole_file(path, binary=True) as handle:
+        np.savez(handle, **{k: np.array(v) for k, v in MARK.items()}, **_entries(motion))
+
+
+def is_net_json(path: FilePath) -> bool:
+    """Whether a JSON file has the mark of a two-parameter motion, or what a net needs and no mark."""
+    document = entries_of(path)
+    mark = document.get("symmotion")
+    return mark == MARK["symmotion"] or (mark is None and set(NET[0]) <= document.keys())
+
+
+def _entries(motion: TwoParameterMotion) -> dict[str, Any]:
+    entries = {
         "degree": np.array([motion.u.degree, motion.v.degree]),
         "knots_u": motion.u.knots,
         "knots_v": motion.v.knots,
         "real": motion.real,
     }
-    if motion.dual is not None:
-        entries["dual"] = motion.dual
-    if chosen == "json":
-        with whole_file(path) as handle:
-            handle.write(json.dumps(MARK | entries, default=np.ndarray.tolist) + "\n")
-    else:
-        with whole_file(path, binary=True) as handle:
-            np.savez(handle, **{k: np.array(v) for k, v in MARK.items()}, **entries)
+    return entries if motion.dual is None else entries | {"dual": motion.dual}
 
 
-def read_two_parameter(path: FilePath) -> TwoParameterMotion:
-    """A two-parameter motion from a .json or .npz file of at most 512 MB: one written by us, or a net of displacements.
-
-    A net has the entries axis (n, m, 3), angle (n, m) in rad and optionally translation
-    (n, m, 3), knots_u (n + 4,) and knots_v (m + 4,), uniform of distance 1 when left out: the
-    control data of PCG table 1. Its quaternions are put in one hemisphere; those of a motion are
-    taken as they are.
-
-    Raises InputError that names the file and the entry at fault.
-    """
-    if format_of(path, None, FORMATS) == "json":
-        with readable(path) as handle:
-            document = read_object(path, handle)
-            entries = {k: read_list(path, document, k) for k in document if k not in MARK}
-            marks = {k: document[k] for k in MARK if k in document}
-    else:
-        entries, marks = _read_npz(path)
+def _made(path: FilePath, entries: dict[str, np.ndarray], marks: dict[str, Any]) -> TwoParameterMotion:
     if marks and marks != MARK:
         raise InputError(f"{path}: {_shown(marks)}: {_shown(MARK)} is needed for a two-parameter motion")
     require_entries(path, entries, *(MOTION if marks else NET))

@@ -4,9 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from symmotion.errors import InputError
+from symmotion import checks
 from symmotion.motions.motion import Motion
 
 TOLERANCE = 1e-4
@@ -57,10 +55,5 @@ class WrittenMotion:
 def seconds_per_unit(motion: Motion, seconds: float | None, tolerance: float) -> float:
     """How many seconds of a file one unit of the motion's time is; InputError for bad seconds, tolerance or domain."""
     a, b = motion.domain
-    if not (np.isfinite(tolerance) and tolerance > 0):
-        raise InputError(f"tolerance {tolerance!r}: a positive share of the motion's size is needed")
-    if seconds is None:
-        return 1.0
-    if not (np.isfinite(seconds) and seconds > 0):
-        raise InputError(f"seconds {seconds!r}: a positive duration is needed")
-    return float(seconds) / (b - a)
+    checks.positive(tolerance, "tolerance")
+    return 1.0 if seconds is None else checks.positive(seconds, "seconds") / (b - a)

@@ -6,7 +6,7 @@ import trimesh
 
 from symmotion.bodies import Mesh
 from symmotion.errors import InputError
-from symmotion.files.meshes import write_mesh
+from symmotion.files import write_mesh
 from symmotion.motions import AffineMotion
 from symmotion.splines import BSplineBasis
 from symmotion.sweeps import MovingEllipsoid, swept_volume

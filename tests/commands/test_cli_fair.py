@@ -5,7 +5,7 @@ import pytest
 
 from symmotion.commands.main import main
 from symmotion.fairing import fair
-from symmotion.files.two_parameter import read_two_parameter, write_two_parameter
+from symmotion.files import read_two_parameter, write_two_parameter
 from symmotion.motions.nets import noisy_net, smooth_net
 
 MOTION = noisy_net(smooth_net(9, spatial=True), 0.02, translation=0.05, seed=3)

@@ -7,7 +7,7 @@ from scipy.interpolate import BSpline
 from scipy.spatial.transform import Rotation
 
 import symmotion as sm
-from symmotion.files.two_parameter import read_two_parameter, write_two_parameter
+from symmotion.files import read_two_parameter, write_two_parameter
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.nets import noisy_net, smooth_net
 from symmotion.motions.two_parameter import TwoParameterMotion

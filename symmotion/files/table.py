@@ -1,0 +1,73 @@
+"""The table of formats: everything that reads or writes a file finds its way here."""
+
+from symmotion import checks
+from symmotion.errors import InputError
+from symmotion.files.bvh import read_bvh_keyframes
+from symmotion.files.formats import Format, Option
+from symmotion.files.gltf_keyframes import read_gltf_keyframes
+from symmotion.files.gltf_writing import write_gltf
+from symmotion.files.keyframe_json import is_keyframes_json, read_keyframes_json, write_keyframes_json
+from symmotion.files.meshes import write_obj, write_ply, write_stl
+from symmotion.files.motion_json import is_motion_json, read_motion_json, write_motion_json
+from symmotion.files.samples import write_samples_csv, write_samples_tum
+from symmotion.files.text import read_csv, read_kitti, read_tum, read_txt, write_csv, write_kitti, write_tum
+from symmotion.files.two_parameter import is_net_json, read_net_json, read_net_npz, write_net_json, write_net_npz
+from symmotion.files.usd import write_usd
+from symmotion.files.written import TOLERANCE
+
+
+def name_or_index(text: str) -> str | int:
+    """A word as an index where it is a number, else as a name."""
+    return int(text) if text.isdecimal() else text
+
+
+def one_character(value: str, what: str) -> str:
+    """The value; InputError unless it is one character."""
+    if not isinstance(value, str) or len(value) != 1:
+        raise InputError(f"{what} {value!r}: one character is needed")
+    return value
+
+
+TIMES = Option("times", "times (M,) in place of the file's")
+DELIMITER = Option("delimiter", "the character between columns", str, check=one_character)
+NODE = Option("node", "joint or node, by name or index; default: the root", name_or_index)
+ANIMATION = Option("animation", "animation, by name or index", name_or_index, 0)
+
+SAMPLE_TIMES = Option("times", "times (N,) of the samples")
+RATE = Option("rate", "samples per unit of time; default: 200 in all", float, check=checks.positive)
+ORTHONORMALISE = Option("orthonormalise", "write the closest rotation of each sample", bool, False)
+
+BODY = Option("body", "what moves; default: a letter F")
+SECONDS = Option("seconds", "length; default: a unit of time is a second", float, check=checks.positive)
+ACCURACY = Option("tolerance", "of sampled keys, relative to the motion's size", float, TOLERANCE, checks.positive)
+SCENE = (BODY, SECONDS, ACCURACY)
+
+FORMATS = (
+    Format("tum", ("tum",), "keyframes", "lines t tx ty tz qx qy qz qw", read_tum, write_tum, (TIMES, DELIMITER)),
+    Format("kitti", ("kitti",), "keyframes", "lines of 12 numbers, the matrix [A v] row by row", read_kitti,
+           write_kitti, (TIMES, DELIMITER)),
+    Format("csv", ("csv",), "keyframes", "columns by name: t; x y z; qx qy qz qw, theta or a11 a12 …", read_csv,
+           write_csv, (TIMES, DELIMITER)),
+    Format("json", ("json",), "keyframes", "an object of arrays: linear, times, translation", read_keyframes_json,
+           write_keyframes_json, (TIMES,), claims=is_keyframes_json),
+    Format("txt", ("txt",), "keyframes", "tum or kitti, by the number of columns", read_txt,
+           reading=(TIMES, DELIMITER)),
+    Format("bvh", ("bvh",), "keyframes", "a joint of a skeleton, frame by frame", read_bvh_keyframes,
+           reading=(TIMES, NODE)),
+    Format("gltf", ("glb", "gltf"), "keyframes", "an animated node in the scene, at its keys", read_gltf_keyframes,
+           reading=(TIMES, NODE, ANIMATION)),
+    Format("json", ("json",), "motion", "an affine motion, exactly", read_motion_json, write_motion_json,
+           claims=is_motion_json),
+    Format("csv", ("csv",), "motion", "samples of linear part and translation", write=write_samples_csv,
+           writing=(SAMPLE_TIMES, RATE)),
+    Format("tum", ("tum",), "motion", "samples, rigid", write=write_samples_tum,
+           writing=(SAMPLE_TIMES, RATE, ORTHONORMALISE)),
+    Format("glb", ("glb",), "scene", "an animated glTF scene", write=write_gltf, writing=SCENE),
+    Format("usda", ("usda",), "scene", "an animated USD scene", write=write_usd, writing=SCENE),
+    Format("obj", ("obj",), "mesh", "triangles as text, exactly", write=write_obj),
+    Format("ply", ("ply",), "mesh", "triangles, binary, exactly", write=write_ply),
+    Format("stl", ("stl",), "mesh", "triangles, binary, in single precision", write=write_stl),
+    Format("json", ("json",), "net", "a two-parameter motion, exactly; read also axis, angle [rad], translation, "
+           "knots_u, knots_v", read_net_json, write_net_json, claims=is_net_json),
+    Format("npz", ("npz",), "net", "the same as arrays of NumPy", read_net_npz, write_net_npz),
+)  # fmt: skip
