@@ -24,7 +24,7 @@ def whole(value: Any, least: int, what: str, of: str = "") -> int:
 def positive(value: Any, what: str) -> float:
     """The value as a float; InputError unless it is a positive finite number."""
     if not (_is_number(value) and np.isfinite(value) and value > 0):
-        raise InputError(f"{what} {value!r}: a positive finite number is needed")
+        raise InputError(f"{what} {value!r}: a positive number is needed")
     return float(value)
 
 

@@ -11,8 +11,8 @@ from symmotion import InputError, checks
         (lambda: checks.whole(True, 0, "refine"), r"refine True: a whole number"),
         (lambda: checks.whole("3", 0, "refine"), r"refine '3': a whole number"),
         (lambda: checks.whole(float("nan"), 0, "refine"), r"refine nan: a whole number"),
-        (lambda: checks.positive(0, "limit"), r"limit 0: a positive finite number"),
-        (lambda: checks.positive("1", "limit"), r"limit '1': a positive finite number"),
+        (lambda: checks.positive(0, "limit"), r"limit 0: a positive number"),
+        (lambda: checks.positive("1", "limit"), r"limit '1': a positive number"),
         (lambda: checks.not_negative(-1, "weight"), r"weight -1: a finite number, 0 or more"),
         (
             lambda: checks.choice("open", ("natural", "clamped"), "ends"),

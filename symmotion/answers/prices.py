@@ -1,12 +1,21 @@
 """Multipliers as answers: what each keyframe costs, and which way to move it."""
 
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
 from symmotion.solvers import Solution
+
+
+@runtime_checkable
+class Keyed(Protocol):
+    """A design with affine keyframes."""
+
+    @property
+    def keyframes(self) -> Keyframes: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +71,7 @@ class KeyframePrices:
 
 def keyframe_prices(solution: Solution) -> KeyframePrices:
     """The prices of the keyframes at a solution; the multipliers with their sign turned."""
-    multipliers = solution.multipliers["keyframes"]
-    gradient = Affine(-multipliers.linear, -multipliers.translation)
-    return KeyframePrices(solution.program.design.keyframes, gradient)
+    design, multipliers = solution.program.design, solution.multipliers.get("keyframes")
+    if not isinstance(design, Keyed) or not isinstance(multipliers, Affine):
+        raise InputError("prices are of affine keyframes, and this program has none")
+    return KeyframePrices(design.keyframes, Affine(-multipliers.linear, -multipliers.translation))

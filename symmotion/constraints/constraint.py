@@ -14,7 +14,7 @@ from symmotion import checks
 from symmotion.energies.energy import same_fields
 from symmotion.errors import InputError
 from symmotion.jets import Written
-from symmotion.jets.space import JetSpace, LinearSpace, Places, block_of
+from symmotion.jets.space import JetSpace, LinearSpace, NetSpace, Places, block_of
 from symmotion.program import Constraint, ParameterPlace
 
 DENSITY = 8  # times in each span at which what has to hold everywhere is held
@@ -260,6 +260,8 @@ class JetConstraint(MotionConstraint):
     def _spread(self, setting: Setting) -> tuple[list[JetSpace], np.ndarray, tuple[int, ...]]:
         """The spaces of the jets, the times (N, s) of each, and the leading axes of the multipliers."""
         several = len(setting.spaces) > 1
+        if isinstance(setting.space, NetSpace):
+            return self._of_net(setting.space)
         if self.at is None:
             times = setting.inside_spans(self.density, self.name)
             lead: tuple[int, ...] = (len(times),)
@@ -278,6 +280,17 @@ class JetConstraint(MotionConstraint):
             spaces = [setting.space] * times.shape[1]
         setting.inside(times.ravel(), self.name)
         return spaces, times, lead
+
+    def _of_net(self, space: NetSpace) -> tuple[list[JetSpace], np.ndarray, tuple[int, ...]]:
+        """As `_spread`, at the parameters (u, v) of a net, or of a curve."""
+        if self.at is None:
+            raise InputError(f"{self.name}: at, parameters (u, v), is needed on a net")
+        pairs = np.asarray(self.at)
+        if len(space.bases) == 1:
+            lead, pairs = pairs.shape[:1], np.atleast_1d(pairs).reshape(-1, 1)
+        else:
+            lead, pairs = pairs.shape[:-1] if pairs.ndim > 1 else (), np.atleast_2d(pairs)
+        return [space], pairs[:, None, :], lead
 
     def _expression(self, jets: Sequence[Any], handed: Sequence[Any]) -> ca.SX:
         try:

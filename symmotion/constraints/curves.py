@@ -10,6 +10,7 @@ from scipy import sparse
 
 from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
 from symmotion.errors import InputError
+from symmotion.jets import CurveJet
 from symmotion.jets.space import LinearSpace, sided
 from symmotion.kernels import Kernel
 from symmotion.program import Block, Constraint
@@ -164,9 +165,11 @@ class CurveCondition(MotionConstraint):
 
     def build(self, setting: Setting) -> Constraint:
         space = setting.space
-        if not isinstance(space, LinearSpace) or not hasattr(space.symbols(), "x"):
+        jet = space.symbols()
+        if not isinstance(space, LinearSpace) or not isinstance(jet, CurveJet):
             return super().build(setting)
-        return self.on(space, space.symbols().x.shape, np.arange(self.count))
+        shape = jet.x.shape if jet.x.shape[1] > 1 else jet.x.shape[:1]
+        return self.on(space, shape, np.arange(self.count))
 
     def on(self, space: LinearSpace, shape: tuple[int, ...], kept: np.ndarray) -> Constraint:
         """The rows `kept` of the condition on the curves of a space, with values of a shape."""

@@ -18,6 +18,7 @@ from symmotion.design.question import as_constraints, built
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
+from symmotion.jets import Jet
 from symmotion.jets.space import UNKNOWN, LinearSpace, affine_space, block_of
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, Program
@@ -142,6 +143,7 @@ class FitDesign:
 
     def _data_term(self) -> Block:
         d, jet = self.samples.dimension, self.space.jet()
+        assert isinstance(jet, Jet)
         targets, delta = ca.SX.sym("target", d * d + d), ca.SX.sym("delta")
         change = ca.vertcat(ca.vec(jet.A.T), jet.v) - targets
         linear, translation = ca.reshape(change[: d * d], d, d).T, change[d * d :]

@@ -61,7 +61,7 @@ class JoinedDesign:
         given = [_renamed_constraint(c, body) for body, p in self.programs.items() for c in p.constraints]
         plain = Program(start, terms, tuple(given), self)
         places = Places(plain.unknowns, {name: plain.place(name) for name in start})
-        settings = [p.design.setting for p in self.programs.values()]
+        settings = [p.design.setting for p in self.programs.values() if isinstance(p.design, Spaced)]
         spaces = tuple(_placed(s.space, body) for s, body in zip(settings, self.programs, strict=True))
         common = Setting(spaces, np.empty(0), moves=all(s.moves for s in settings), places=places)
         extra = built(self.constraints, common, given)

@@ -35,6 +35,7 @@ def built(constraints: Sequence[MotionConstraint], setting: Setting, given: Sequ
             name, first = numbers.setdefault(place.name, (c.name, value))
             if first != value:
                 raise InputError(
-                    f"parameter {place.name!r} has other numbers in {c.name!r} than in {name!r}: a name is one parameter"
+                    f"parameter {place.name!r} has other numbers in {c.name!r} than in {name!r}: "
+                    "one name is one parameter"
                 )
     return found

@@ -74,9 +74,9 @@ class Energy:
     def __mul__(self, factor: Real | float) -> "EnergySum":
         if not isinstance(factor, Real):
             return NotImplemented
-        if not np.isfinite(factor) or factor < 0:
+        if not np.isfinite(float(factor)) or float(factor) < 0:
             name = self.parts[0][1].name
-            raise InputError(f"weight {factor:g} of {name}: weights must be finite and not negative")
+            raise InputError(f"weight {float(factor):g} of {name}: weights must be finite and not negative")
         return EnergySum(tuple((float(factor) * weight, energy) for weight, energy in self.parts))
 
     __rmul__ = __mul__

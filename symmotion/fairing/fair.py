@@ -1,11 +1,13 @@
 """One call for every way to fair a motion."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
 
+from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.fairing.coordinates import AnyMotion, Box, Coordinates, Parts, same_kind
 from symmotion.fairing.greedy import GreedyRun, Limits, iterate
@@ -70,7 +72,8 @@ def fair(
     Raises InputError for what cannot be faired and names the direction, knot or control at fault.
     """
     began = perf_counter()
-    _check(method, form, target, max_steps, divergence, tolerance, weight)
+    options = {"weight": weight, "max_steps": max_steps, "tolerance": tolerance, "target": target}
+    _check(method, form, options, divergence)
     coordinates = Coordinates.of(motion, parts, length)
     jumps = Jumps.of(motion.bases)
     task = _Task(coordinates, jumps, Box.of(jumps, motion, region), coordinates.net)
@@ -108,29 +111,37 @@ def fair(
     )
 
 
-def _check(method, form, target, max_steps, divergence, tolerance, weight) -> None:
-    if method not in METHODS:
-        raise InputError(f"method {method!r} is unknown; there are {', '.join(METHODS)}")
-    if form not in ("closed", "program"):
-        raise InputError(f"form {form!r} is unknown; there are closed, program")
-    for value, name in ((target, "target"), (weight, "weight")):
-        if value is not None and not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} {value!r}: a positive number is needed")
-    if max_steps is not None and (isinstance(max_steps, bool) or int(max_steps) != max_steps or max_steps < 0):
-        raise InputError(f"max_steps {max_steps!r}: a whole number, 0 or more, is needed")
+# The methods that take each of these options.
+TAKEN_BY = {
+    "weight": ("least-squares",),
+    "max_steps": ("greedy", "orthogonal"),
+    "tolerance": ("greedy", "orthogonal", "bounded"),
+    "target": ("greedy", "orthogonal", "least-squares"),
+}
+
+
+def _check(method: str, form: str, options: Mapping[str, object], divergence: float) -> None:
+    """InputError for a method, a form or options that there are not; options: by name, None where left out."""
+    checks.choice(method, METHODS, "method")
+    checks.choice(form, ("closed", "program"), "form")
+    given = {name: value for name, value in options.items() if value is not None}
+    for name in given.keys() & {"target", "weight"}:
+        checks.positive(given[name], name)
+    if "max_steps" in given:
+        checks.whole(given["max_steps"], 0, "max_steps")
     if not divergence > 1:
         raise InputError(f"divergence {divergence!r}: a number above 1 is needed")
-    steps = method in ("greedy", "orthogonal")
-    if weight is not None and method != "least-squares":
-        raise InputError(f"weight goes with least-squares, not with {method}")
-    if tolerance is not None and method == "least-squares":
-        raise InputError("tolerance goes with greedy, orthogonal and bounded; least-squares takes a weight")
-    if method == "bounded" and tolerance is None:
+    if "target" in given and ("weight" in given or method == "bounded"):
+        other = "weight" if "weight" in given else "bounded"
+        raise InputError(f"target and {other} do not go together: give one")
+    for name in TAKEN_BY:
+        if name in given and method not in TAKEN_BY[name]:
+            *others, last = TAKEN_BY[name]
+            takers = f"{', '.join(others)} and {last}" if others else last
+            remedy = "; least-squares takes a weight" if method == "least-squares" else ""
+            raise InputError(f"{name} goes with {takers}, not with {method}{remedy}")
+    if method == "bounded" and "tolerance" not in given:
         raise InputError("bounded needs a tolerance: how far each control may go")
-    if target is not None and (method == "bounded" or weight is not None):
-        raise InputError(f"target and {'weight' if weight is not None else 'bounded'} do not go together: give one")
-    if max_steps is not None and not steps:
-        raise InputError(f"max_steps goes with greedy and orthogonal, not with {method}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,6 @@
 """The two questions of fairing as programs of symbols: one local step, and a whole net at once."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
@@ -9,13 +9,16 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
+from symmotion.constraints import MotionConstraint, Setting
+from symmotion.design.independence import require_independent
+from symmotion.design.question import as_constraints, built
 from symmotion.errors import InputError
 from symmotion.fairing.coordinates import Box, Coordinates, Motion
 from symmotion.fairing.jumps import Jumps, Step
+from symmotion.jets.space import UNKNOWN, NetSpace
 from symmotion.kernels import Kernel
 from symmotion.program import Block, Constraint, Program
 
-UNKNOWN = "controls"
 JUMPS = ("uuu", "vvv")
 
 
@@ -51,16 +54,10 @@ class FairingDesign:
         """Multipliers by constraint, one row per jump or control."""
         return dict(multipliers)
 
-    def with_keyframes(self, program: Program, keyframes: Any) -> Program:
-        raise InputError("a fairing program has no keyframes")
-
-    def stages(self, by: str) -> Iterable[Program]:
-        raise InputError("a fairing program has no stages")
-
 
 def local_step_program(
     motion: Motion, knot: tuple[int, ...], *, step: Step = "nine", parts: str | None = None, length: float = 1.0
-) -> Program:
+) -> Program[Motion]:
     """The local fairing step at one knot as a program: PCG (18), (19) with explicit λ and μ.
 
     Minimise ½ Σ |d_ij − d⁰_ij|² subject to Δ_uuu = 0 ("uuu", multiplier λ) and Δ_vvv = 0 ("vvv",
@@ -90,9 +87,11 @@ class LocalSteps:
     coordinates: Coordinates
     jumps: Jumps
     step: Step
-    made: dict[tuple[int, int], tuple[Program, np.ndarray, np.ndarray]] = field(default_factory=dict, repr=False)
+    made: dict[tuple[int, int], tuple[Program[Motion], np.ndarray, np.ndarray]] = field(
+        default_factory=dict, repr=False
+    )
 
-    def program(self, knot: tuple[int, int], net: np.ndarray) -> Program:
+    def program(self, knot: tuple[int, int], net: np.ndarray) -> Program[Motion]:
         """The step at a knot (k, l) of a net (n, m, C), the same program with other data where it was made before."""
         if knot not in self.made:
             self.made[knot] = self._new(knot, net)
@@ -106,7 +105,7 @@ class LocalSteps:
             program, start={UNKNOWN: points}, terms=terms, design=FairingDesign(self.coordinates, net, controls)
         )
 
-    def _new(self, knot: tuple[int, int], net: np.ndarray) -> tuple[Program, np.ndarray, np.ndarray]:
+    def _new(self, knot: tuple[int, int], net: np.ndarray) -> tuple[Program[Motion], np.ndarray, np.ndarray]:
         """The program, the controls that move, and the coefficients (kinds, n m) of those that stay."""
         k, l = knot  # noqa: E741 - PCG's letters
         u, v = self.jumps.u, self.jumps.v
@@ -149,13 +148,16 @@ class LocalSteps:
 def fairing_program(
     motion: Motion,
     *,
+    constraints: Sequence[MotionConstraint] = (),
     weight: float = 0.0,
     tolerance: float | np.ndarray | None = None,
     region: object = None,
     parts: str | None = None,
     length: float = 1.0,
-) -> Program:
+) -> Program[Motion]:
     """The fairing of a whole net as a program: min ΣL + w Σ|d − d⁰|², or subject to |d − d⁰| ≤ δ.
+
+    constraints: conditions on the net's jet (`NetJet`), at (u, v), or at parameters of a curve.
 
     The controls that stay, the ring or all outside `region`, are the constraint "fixed", and
     their multipliers say what moving them would do to the objective; the bounds are the
@@ -164,7 +166,7 @@ def fairing_program(
     weight: w ≥ 0; tolerance: δ > 0, one or (n, m) for all controls, None for no bounds; region,
     parts, length: as for `fair`.
     """
-    began = perf_counter()
+    began, asked = perf_counter(), as_constraints(constraints)
     coordinates = Coordinates.of(motion, parts, length)
     jumps = Jumps.of(motion.bases)
     box = Box.of(jumps, motion, region)
@@ -195,16 +197,18 @@ def fairing_program(
         )
     stay = Kernel(z, other, z - other, channels)
     fixed = Block("fixed", stay, UNKNOWN, rows, every[outside], 1, np.ones(len(outside)), flat[outside])
-    constraints = [Constraint.equality(fixed)]
+    given = [Constraint.equality(fixed)]
     if tolerance is not None:
         limit = tolerances(tolerance, (n, m)).ravel()[inside]
         if not (limit > 0).all():
             raise InputError("tolerance 0: bounds must leave room; exclude controls by the region instead")
-        constraints.append(_bounds(flat, inside, limit, every))
+        given.append(_bounds(flat, inside, limit, every))
     design = FairingDesign(coordinates, net, np.arange(n * m))
-    return Program(
-        {UNKNOWN: flat.copy()}, tuple(terms), tuple(constraints), design, build_seconds=perf_counter() - began
-    )
+    extra = built(asked, Setting((NetSpace(motion.bases, channels),), np.empty(0)), given)
+    program = Program({UNKNOWN: flat.copy()}, tuple(terms), (*given, *extra), design)
+    if extra:
+        require_independent(program)
+    return replace(program, build_seconds=perf_counter() - began)
 
 
 def _bounds(flat: np.ndarray, inside: np.ndarray, limit: np.ndarray, every: sparse.csr_array) -> Constraint:

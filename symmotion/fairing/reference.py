@@ -7,7 +7,7 @@ import numpy as np
 from symmotion.fairing.coordinates import Coordinates
 from symmotion.fairing.greedy import GreedyRun, Limits
 from symmotion.fairing.jumps import Jumps, Step
-from symmotion.fairing.programs import JUMPS, LocalSteps
+from symmotion.fairing.programs import JUMPS, FairingDesign, LocalSteps
 from symmotion.solvers import ExactNewton, Status
 from symmotion.systems import Certificate
 
@@ -47,6 +47,7 @@ def iterate_programs(
         if solution.status != Status.SOLVED:
             status, message = "cap", f"step {len(history)} at knot ({k}, {l}): {solution.status} {solution.message}"
             break
+        assert isinstance(program.design, FairingDesign)
         moved = program.design.net(program.unpack(solution.x))
         gone = np.linalg.norm(moved - start, axis=-1)
         if limits.tolerance is not None and (gone > limits.tolerance).any():

@@ -72,7 +72,7 @@ def _series(coefficients: Sequence[float], x: ca.SX) -> ca.SX:
     return result
 
 
-def rotate(q: ca.SX, v: ca.SX) -> ca.SX:
+def rotate(q: ca.SX, v: ca.SX | ca.DM) -> ca.SX:
     """q v q⁻¹, a vector v (3, 1) turned by a unit quaternion."""
     twice = 2 * ca.cross(q[1:], v)
     return v + q[0] * twice + ca.cross(q[1:], twice)
