@@ -16,8 +16,8 @@ def test_files_of_write_motion_and_write_two_parameter_are_loaded(tmp_path):
     for name in ("affine", "affine, periodic"):
         sm.write_motion(MOTIONS[name], tmp_path / "m.json")
         assert load(tmp_path / "m.json") == MOTIONS[name]
-    for net in (NET, sm.TwoParameterMotion(NET.u, NET.v, NET.real)):
-        sm.write_two_parameter(net, tmp_path / "n.json")
+    for net in (NET, sm.motions.TwoParameterMotion(NET.u, NET.v, NET.real)):
+        sm.files.write_two_parameter(net, tmp_path / "n.json")
         assert load(tmp_path / "n.json") == net
 
 
@@ -34,7 +34,7 @@ def test_what_is_no_data_or_not_finite_is_not_saved(tmp_path):
     own = SegmentCurve(np.array([0.0, 1.0]), lambda i, u: np.tile([1.0, 0, 0, 0], (len(u), 1)))
     with pytest.raises(sm.InputError, match=r"m.json: SegmentCurve.segment is a function: code and data of your own"):
         own.save(tmp_path / "m.json")
-    open_ = sm.AffineMotion(sm.BSplineBasis.clamped([0, 1], 1), np.full((2, 2, 2), np.nan))
+    open_ = sm.AffineMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), np.full((2, 2, 2), np.nan))
     with pytest.raises(sm.InputError, match=r"AffineMotion\.linear has an entry that is not finite"):
         open_.save(tmp_path / "m.json")
     with pytest.raises(sm.InputError, match="there is no directory"):

@@ -20,12 +20,12 @@ ALL = pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
 VALUES = {
     **MOTIONS,
     **CURVES,
-    "basis": sm.BSplineBasis.clamped([0, 1, 2], 2),
+    "basis": sm.splines.BSplineBasis.clamped([0, 1, 2], 2),
     "keyframes": RIGID,
     "orientation keys": OrientationKeys.of(RIGID),
     "dual quaternions": NET.control_displacements,
     "two parameters": NET,
-    "rigid samples": sm.orthonormalise(MOTIONS["affine in the plane"], [0.0, 0.1]),
+    "rigid samples": sm.motions.orthonormalise(MOTIONS["affine in the plane"], [0.0, 0.1]),
 }
 RNG = np.random.default_rng(9)
 
@@ -142,9 +142,9 @@ class Mine:
 
 
 def test_nothing_hashes_an_object_of_the_users():
-    curve = sm.Retimed(Mine(), sm.slow_in_out())  # type: ignore
-    assert hash(curve) == hash(sm.Retimed(Mine(), sm.slow_in_out()))  # type: ignore
-    assert curve != sm.Retimed(Mine(), sm.slow_in_out())  # type: ignore
+    curve = sm.curves.Retimed(Mine(), sm.curves.slow_in_out())  # type: ignore
+    assert hash(curve) == hash(sm.curves.Retimed(Mine(), sm.curves.slow_in_out()))  # type: ignore
+    assert curve != sm.curves.Retimed(Mine(), sm.curves.slow_in_out())  # type: ignore
     assert curve == curve
 
 
@@ -155,14 +155,14 @@ def given_arrays():
     linear, place = MOTIONS["affine"].linear, MOTIONS["affine"].translation
     samples = np.arange(4.0), RIGID.linear, RIGID.translation, np.ones(4)
     return {
-        "BSplineBasis": (lambda k: sm.BSplineBasis(k, 3), basis.knots),
-        "Spline": (lambda c: sm.Spline(basis, c), place),
-        "RationalQuadratic": (lambda c: sm.RationalQuadratic(c, 0.5), place[:3]),
-        "SymbolicSpline": (lambda c: sm.SymbolicSpline(basis.knots, c, 3).to_bspline(), place),
-        "bezier": (sm.bezier, place),
-        "hermite_spline": (sm.hermite_spline, times, RIGID.translation, RIGID.translation),
-        "catmull_rom": (sm.catmull_rom, times, RIGID.translation),
-        "cubic_interpolant": (sm.cubic_interpolant, times, RIGID.translation),
+        "BSplineBasis": (lambda k: sm.splines.BSplineBasis(k, 3), basis.knots),
+        "Spline": (lambda c: sm.splines.Spline(basis, c), place),
+        "RationalQuadratic": (lambda c: sm.curves.RationalQuadratic(c, 0.5), place[:3]),
+        "SymbolicSpline": (lambda c: sm.curves.SymbolicSpline(basis.knots, c, 3).to_bspline(), place),
+        "bezier": (sm.curves.bezier, place),
+        "hermite_spline": (sm.curves.hermite_spline, times, RIGID.translation, RIGID.translation),
+        "catmull_rom": (sm.curves.catmull_rom, times, RIGID.translation),
+        "cubic_interpolant": (sm.splines.cubic_interpolant, times, RIGID.translation),
         "Keyframes": (sm.Keyframes, times, RIGID.linear, RIGID.translation),
         "Keyframes.of": (sm.Keyframes.of, times, RIGID.linear, RIGID.translation),
         "OrientationKeys": (OrientationKeys, times, quaternions[:4], np.zeros((3, 3))),
@@ -173,14 +173,14 @@ def given_arrays():
             quaternions,
             MOTIONS["quaternion"].increments,
         ),
-        "DualQuaternions": (sm.DualQuaternions, net, NET.dual),
-        "RationalMotion": (lambda q, d: sm.RationalMotion(NET.u, q, d), net[0], NET.dual[0]),
-        "TwoParameterMotion": (lambda q, d: sm.TwoParameterMotion(NET.u, NET.v, q, d), net, NET.dual),
+        "DualQuaternions": (sm.motions.DualQuaternions, net, NET.dual),
+        "RationalMotion": (lambda q, d: sm.motions.RationalMotion(NET.u, q, d), net[0], NET.dual[0]),
+        "TwoParameterMotion": (lambda q, d: sm.motions.TwoParameterMotion(NET.u, NET.v, q, d), net, NET.dual),
         "RigidSamples": (sm.motions.RigidSamples, *samples),
-        "interpolate_quaternions": (sm.interpolate_quaternions, times, quaternions[:4]),
-        "squad": (sm.squad, times, quaternions[:4]),
-        "slerp_curve": (sm.slerp_curve, times, quaternions[:4]),
-        "shoemake_bezier": (sm.shoemake_bezier, quaternions),
+        "interpolate_quaternions": (sm.quaternions.interpolate_quaternions, times, quaternions[:4]),
+        "squad": (sm.interpolants.squad, times, quaternions[:4]),
+        "slerp_curve": (sm.interpolants.slerp_curve, times, quaternions[:4]),
+        "shoemake_bezier": (sm.interpolants.shoemake_bezier, quaternions),
     }
 
 

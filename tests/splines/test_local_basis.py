@@ -10,7 +10,7 @@ from symmotion.splines.symbolic import local_basis
 @pytest.mark.parametrize("degree", [0, 1, 2, 3, 5])
 def test_the_recursion_of_symbols_is_that_of_numbers(degree, symbols):
     knots = np.cumsum(np.random.default_rng(degree).uniform(0.1, 1.0, 2 * degree + 8))
-    basis = sm.BSplineBasis(knots, degree)
+    basis = sm.splines.BSplineBasis(knots, degree)
     k, t = symbols.sym("k", 2 * degree), symbols.sym("t")
     for nu in range(degree + 2):
         out = ca.vertcat(*local_basis(ca.vertsplit(k) if degree else [], degree, t, nu))
