@@ -1,7 +1,7 @@
 """Keyframes: the affine positions that a motion has to take, and when."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple, overload
 
 import numpy as np
@@ -147,10 +147,10 @@ class Keyframes:
     @overload
     def __getitem__(self, index: int | np.integer) -> Keyframe: ...
     @overload
-    def __getitem__(self, index: slice | ArrayLike) -> "Keyframes": ...
-    def __getitem__(self, index: int | np.integer | slice | ArrayLike) -> "Keyframe | Keyframes":
+    def __getitem__(self, index: slice | np.ndarray | Sequence[int]) -> "Keyframes": ...
+    def __getitem__(self, index: int | np.integer | slice | np.ndarray | Sequence[int]) -> "Keyframe | Keyframes":
         """The keyframe at an index; those chosen by a slice or an array of indices or truths, at least two."""
-        chosen = np.arange(len(self))[index]  # pyright: ignore[reportArgumentType]
+        chosen = np.arange(len(self))[index]
         if np.ndim(chosen) == 0:
             return Keyframe(float(self.times[chosen]), self.linear[chosen], self.translation[chosen])
         return Keyframes(self.times[chosen], self.linear[chosen], self.translation[chosen])

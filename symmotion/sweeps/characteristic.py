@@ -1,12 +1,14 @@
 """Characteristic curves of a moving ellipsoid in closed form: where its envelope touches it."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion.checks import numbers, read_only
 from symmotion.errors import InputError
 from symmotion.sweeps.ellipsoid import MovingEllipsoid, SurfaceSpeed
+from symmotion.values import value
 
 # Halvings of the step between meridians where a loop turns back.
 HALVINGS = 16
@@ -14,7 +16,7 @@ HALVINGS = 16
 BISECTIONS = 60
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class CharacteristicCurve:
     """A closed loop on the ellipsoid at one time.
 
@@ -24,6 +26,13 @@ class CharacteristicCurve:
 
     sphere: np.ndarray
     points: np.ndarray
+
+    def __post_init__(self):
+        for name in ("sphere", "points"):
+            object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
+
+    def __repr__(self) -> str:
+        return f"CharacteristicCurve(a loop of {len(self.points)} points)"
 
 
 class Range(NamedTuple):
@@ -38,7 +47,7 @@ class Range(NamedTuple):
         return (self.least < 0) & (self.greatest > 0)
 
 
-def surface_speed_range(body: MovingEllipsoid, t) -> Range:
+def surface_speed_range(body: MovingEllipsoid, t: ArrayLike) -> Range:
     """The least and the greatest g at times t (…): the trust-region problem min sᵀHs + b·s, |s| = 1, by duality.
 
     min = max over λ ≤ w₁ of λ − Σ c_i² / (4 (w_i − λ)), with w, Q the eigenvalues and -vectors

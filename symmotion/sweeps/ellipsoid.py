@@ -1,16 +1,18 @@
 """A moving ellipsoid: where it is, how fast its surface moves outwards, and which points it visits."""
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.checks import numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
-from symmotion.motions.motion import Motion
+from symmotion.motions.motion import Moving
+from symmotion.motions.position import Affine
 from symmotion.splines import Spline
 from symmotion.splines.continuity import first_jump
+from symmotion.values import value
 
 # Smallest over largest semi-axis: below it the ellipsoid counts as flat.
 FLAT = 1e-9
@@ -36,7 +38,7 @@ class SurfaceSpeed(NamedTuple):
         return np.einsum("...i,...ij,...j->...", s, self.quadratic, s) + np.einsum("...i,...i->...", self.linear, s)
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class MovingEllipsoid:
     """The ellipsoid {c + E s : |s| ≤ 1} of the moving frame under a motion in space.
 
@@ -47,32 +49,37 @@ class MovingEllipsoid:
     Raises InputError for a motion in the plane and for a shape that is flat or not finite.
     """
 
-    motion: Motion
+    motion: Moving
     shape: ArrayLike = 1.0
     centre: ArrayLike = (0.0, 0.0, 0.0)
 
     def __post_init__(self):
-        dimension: Any = getattr(self.motion, "dimension", None)  # orientations alone have none
-        if dimension != 3:
-            what = type(self.motion).__name__ if dimension is None else f"motion in {dimension}D"
+        dimension = getattr(self.motion, "dimension", None)
+        place = self.motion(self.motion.domain[0]) if dimension == 3 else None
+        if not isinstance(place, Affine):  # orientations alone are quaternions
+            what = f"motion in {dimension}D" if dimension == 2 else type(self.motion).__name__
             raise InputError(f"a {what}: an ellipsoid moves in space, with a linear part and a translation")
-        shape = np.asarray(self.shape, dtype=float)
+        shape = numbers(self.shape, "shape")
         if shape.shape not in ((), (3,), (3, 3)):
             raise InputError(f"shape of {shape.shape}: a radius, semi-axes (3,) or a matrix (3, 3) is needed")
         if shape.ndim < 2:
             if not (shape > 0).all():
                 raise InputError(f"semi-axes {self.shape}: positive ones are needed")
             shape = np.diag(np.broadcast_to(shape, 3))
-        centre = np.asarray(self.centre, dtype=float)
+        centre = numbers(self.centre, "centre")
         if centre.shape != (3,) or not np.isfinite(centre).all():
             raise InputError(f"centre {self.centre}: three finite coordinates are needed")
         if not np.isfinite(shape).all() or np.linalg.cond(shape) > 1 / FLAT:
             raise InputError("the ellipsoid is flat or not finite: semi-axes of similar size are needed")
         # The same ellipsoid with its surface coordinates turned inside out: det B is then positive.
-        if np.linalg.det(shape) * np.linalg.det(self.motion(self.motion.domain[0]).linear) < 0:
+        if np.linalg.det(shape) * np.linalg.det(place.linear) < 0:
             shape = -shape
-        object.__setattr__(self, "shape", shape)
-        object.__setattr__(self, "centre", centre)
+        object.__setattr__(self, "shape", read_only(shape))
+        object.__setattr__(self, "centre", read_only(centre))
+
+    def __repr__(self) -> str:
+        sizes = np.linalg.svd(np.asarray(self.shape), compute_uv=False)
+        return f"MovingEllipsoid(semi-axes {', '.join(f'{s:g}' for s in sizes)}, {self.motion!r})"
 
     @property
     def domain(self) -> tuple[float, float]:

@@ -1,22 +1,23 @@
 """Sweep surfaces of affine motions: exact tensor-product splines (HJK 5.4, (18))."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.bodies.mesh import Mesh, compact
+from symmotion.checks import numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.splines import BSplineBasis, Spline
+from symmotion.values import value
 
 # Points closer than this times the size of the control net, or than some rounding of where it lies, are the same.
 COINCIDENT = 1e-9
 ROUNDING = 16 * np.finfo(float).eps
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class SweepSurface:
     """The tensor-product spline surface Σ M_i(u) N_j(t) p_ij.
 
@@ -29,13 +30,13 @@ class SweepSurface:
     control_points: np.ndarray
 
     def __post_init__(self):
-        controls = np.asarray(self.control_points, dtype=float)
+        controls = numbers(self.control_points, "the control net")
         if controls.ndim != 3 or controls.shape[:2] != (self.u.n, self.t.n) or controls.shape[2] not in (2, 3):
             raise InputError(f"a control net of shape {controls.shape}: ({self.u.n}, {self.t.n}, 2 or 3) is needed")
         if not np.isfinite(controls).all():
             i, j = np.argwhere(~np.isfinite(controls).all(axis=2))[0]
             raise InputError(f"control point ({i}, {j}) of the net is not finite")
-        object.__setattr__(self, "control_points", controls)
+        object.__setattr__(self, "control_points", read_only(controls))
 
     @property
     def dimension(self) -> int:

@@ -1,16 +1,16 @@
 """Swept volumes of ellipsoids: their boundary as a closed mesh, and how much of it is counted more than once."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from symmotion.bodies.mesh import Mesh, compact
-from symmotion.errors import InputError
+from symmotion.checks import choice, numbers, read_only, whole
 from symmotion.sweeps.characteristic import surface_speed_range
 from symmotion.sweeps.ellipsoid import MovingEllipsoid
 from symmotion.sweeps.marching import cubes, isosurface, prisms, sphere
+from symmotion.values import value
 
 METHODS = ("envelope", "implicit")
 # Crossings keep this share of an edge away from its ends, so that no triangle degenerates. The envelope's points are
@@ -36,7 +36,7 @@ class Estimate(NamedTuple):
     error: float
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class SweptVolume:
     """The boundary of the union of a moving ellipsoid's positions.
 
@@ -53,6 +53,10 @@ class SweptVolume:
     without_curve: np.ndarray
     closed: bool
     samples: int
+
+    def __post_init__(self):
+        for name in ("times", "without_curve"):
+            object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
 
     @property
     def volume(self) -> float:
@@ -128,11 +132,12 @@ def swept_volume(
     rates, has no caps. Raises InputError that names a time where the ellipsoid is flat
     or, of a spline, jumps. Source: HJK 5.4.
     """
-    if method not in METHODS:
-        raise InputError(f"method {method!r} is unknown; there are {', '.join(METHODS)}")
-    for name, value, least in (("slices", slices, 3), ("divisions", divisions, 1), ("samples", samples, REPLICATES)):
-        if value < least:
-            raise InputError(f"{name} {value}: {least} or more are needed")
+    choice(method, METHODS, "method")
+    slices, divisions, samples = (
+        whole(slices, 3, "slices"),
+        whole(divisions, 1, "divisions"),
+        whole(samples, REPLICATES, "samples"),
+    )
     times = np.linspace(*body.domain, slices + 1)
     body.require_solid(times)
     body.require_continuous()

@@ -257,7 +257,7 @@ LINE = sm.BSplineBasis.clamped([0.0, 1.0], 1)
         (lambda: QuaternionMotion.hermite(ONE, HALF, [0, 0], [0, 0, 0]), "end rates"),
         (
             lambda: QuaternionMotion.bezier(units(3), span=(1, 0)),
-            "span \\(1, 0\\): two finite times, the first before the second",
+            r"span \(1, 0\): two finite times, the first",
         ),
         (lambda: QuaternionMotion.bezier(units(3)).rate(0.5, "camera"), "'camera' is unknown"),  # pyright: ignore
         (lambda: QuaternionMotion.bezier(units(3))(1.5), "outside the domain"),

@@ -256,9 +256,9 @@ UP = sliding(np.eye(3), [0, 0, 1.0])
         (lambda: swept_volume(MovingEllipsoid(turned), slices=5), "inside out, through a flat one, at time 0.6"),
         (lambda: swept_volume(MovingEllipsoid(jumping)), "the motion jumps at time 0.5: sweep the parts"),
         (lambda: swept_volume(MovingEllipsoid(UP), "hull"), "method 'hull' is unknown; there are envelope, implicit"),  # type: ignore
-        (lambda: swept_volume(MovingEllipsoid(UP), slices=2), "slices 2: 3 or more"),
-        (lambda: swept_volume(MovingEllipsoid(UP), divisions=0), "divisions 0: 1 or more"),
-        (lambda: swept_volume(MovingEllipsoid(UP), samples=2), "samples 2: 8 or more"),
+        (lambda: swept_volume(MovingEllipsoid(UP), slices=2), "slices 2: a whole number, 3 or more"),
+        (lambda: swept_volume(MovingEllipsoid(UP), divisions=0), "divisions 0: a whole number, 1 or more"),
+        (lambda: swept_volume(MovingEllipsoid(UP), samples=2), "samples 2: a whole number, 8 or more"),
     ],
 )
 def test_bad_input_names_the_culprit(make, message):

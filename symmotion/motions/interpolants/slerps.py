@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only
+from symmotion.checks import numbers, read_only, whole
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.pictures import as_html, plot_rates
@@ -74,6 +74,7 @@ class SegmentCurve:
 
     def __call__(self, t: ArrayLike, nu: int = 0) -> np.ndarray:
         """The nu-th derivative of the unit quaternion at times t: t.shape + (4,)."""
+        nu = whole(nu, 0, "derivative order")
         i, u, step = self._place(t)
         if nu == 0:
             values = self.segment(i, u)
