@@ -7,7 +7,6 @@ from functools import partial
 import numpy as np
 
 import symmotion as sm
-from symmotion.design import measure_sampled
 from symmotion.motions import Motion, orthonormalise
 from symmotion.motions.interpolants import component_cubic, log_blend, polar_blend, steady_morph
 from symmotion.report import (
@@ -132,7 +131,7 @@ def _row(name: str, label: str, outcome: str, motion: Motion, keys: sm.Keyframes
     def value(energy: sm.Energy) -> float:
         if isinstance(motion, sm.AffineMotion):
             return sm.measure(motion, energy)
-        return measure_sampled(motion, energy, keys.times)
+        return sm.measure(motion, energy, times=keys.times)
 
     points = _points(keys)
     far = None

@@ -4,8 +4,9 @@ import numpy as np
 
 import symmotion as sm
 from studies.curves.curve_players import dot_player, thrown
+from symmotion.constraints import CurveCondition
 from symmotion.curves import arc_length, speed
-from symmotion.design import CurveCondition, curve_program
+from symmotion.design import curve_program
 from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, Travelling, to_figure
 from symmotion.views import COLOURS, new_figure
 

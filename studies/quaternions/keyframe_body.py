@@ -33,10 +33,8 @@ def run(options: StudyOptions) -> StudyResult:
             TIMES,
             QUATERNIONS,
             PLACES,
-            objective=energy,
-            torque_weight=weight,
-            inertia=INERTIA,
-            knots_per_interval=knots,
+            objective=weight * sm.Torque(INERTIA) + energy,
+            refine=knots - 1,
         )
         if weight == 0.01:
             start = program.design.motion(program.start)

@@ -117,7 +117,7 @@ def _programs(options: StudyOptions) -> tuple[Table, list[Run]]:
             options.progress(f"{count} keyframes, inertia {name}")
             q = _walk(count)
             began = perf_counter()
-            program = orientation_program(np.arange(float(count)), q, inertia=inertia)
+            program = orientation_program(np.arange(float(count)), q, objective=sm.Torque(inertia))
             solution = sm.ExactNewton().solve(program)
             seconds = perf_counter() - began
             runs.append(Run.of(f"{count} keyframes, inertia {name}", solution))
@@ -150,7 +150,7 @@ def _shooting(options: StudyOptions) -> Table | None:
         energies = []
         for knots in (2, 4, 8):
             began = perf_counter()
-            program = orientation_program(times, q, knots_per_interval=knots)
+            program = orientation_program(times, q, refine=knots - 1)
             energies.append(sm.ExactNewton().solve(program).require().objective)
         rows.append((count, shot.acceleration_energy, seconds, *energies, perf_counter() - began))
     columns = (

@@ -7,7 +7,6 @@ import numpy as np
 from scipy.spatial.transform import RotationSpline
 
 import symmotion as sm
-from symmotion.design import Limits, measure_torque, orientation_program
 from symmotion.motions.interpolants import shoemake_bezier, shoemake_interpolant, squad
 from symmotion.motions.quaternions import QuaternionMotion, exp, interpolate_quaternions, product, to_rotation
 from symmotion.report import (
@@ -136,15 +135,15 @@ def _interpolants(seeds: range) -> tuple[Table, list[Run]]:
         for seed in seeds:
             q = _chain(8, degrees, seed)
             spline = interpolate_quaternions(t, q)
-            program = orientation_program(t, q, knots_per_interval=8)
+            program = sm.orientation_program(t, q, refine=7)
             solution = sm.ExactNewton().solve(program)
             runs.append(Run.of(f"8 keyframes, {degrees}°, seed {seed}", solution))
-            least = measure_torque(solution.motion)
+            least = sm.measure(solution.motion, sm.Torque())
             shoemake, squads = shoemake_interpolant(t, q), squad(t, q)
             rotations = RotationSpline(t, to_rotation(q))
             ratios.append(
                 [
-                    measure_torque(spline) / least,
+                    sm.measure(spline, sm.Torque()) / least,
                     energy(lambda s, c=shoemake: c.jet(s).acceleration, t) / least,
                     energy(lambda s, c=squads: c.jet(s).acceleration, t) / least,
                     energy(lambda s, c=rotations: c(s, 2), t) / least,
@@ -165,15 +164,15 @@ def _interpolants(seeds: range) -> tuple[Table, list[Run]]:
 def _knots() -> tuple[Table, list[Run]]:
     rows, runs, t, q = list[tuple[Any, ...]](), list[Run](), np.arange(8.0), _chain(8, 70, 3)
     for name, inertia in (("unit", None), ("asymmetric", INERTIA)):
-        spline = measure_torque(interpolate_quaternions(t, q), inertia)
+        spline = sm.measure(interpolate_quaternions(t, q), sm.Torque(inertia))
         for knots in KNOTS:
-            program = orientation_program(t, q, inertia=inertia, knots_per_interval=knots)
+            program = sm.orientation_program(t, q, objective=sm.Torque(inertia), refine=knots - 1)
             comparison = sm.compare(program, [sm.ExactNewton(), sm.Ipopt()])
             runs += [Run.of(f"{name} inertia, {knots} knots per interval", s) for s in comparison.solutions]
             best = comparison.best
             if best is None:
                 raise sm.SolveError(f"no solver solved {name} inertia, {knots} knots")
-            value = measure_torque(best.motion, inertia)
+            value = sm.measure(best.motion, sm.Torque(inertia))
             rows.append((name, knots, value, best.iterations, spline / value))
     columns = (
         Column("inertia"),
@@ -187,11 +186,11 @@ def _knots() -> tuple[Table, list[Run]]:
 
 def _bounded() -> tuple[str, Figure, Player, list[Run]]:
     t, q = np.arange(8.0), _chain(8, 70, 3)
-    free = sm.ExactNewton().solve(orientation_program(t, q, knots_per_interval=4))
+    free = sm.ExactNewton().solve(sm.orientation_program(t, q, refine=3))
     x = np.linspace(0, 7, 1401)
     speeds = np.linalg.norm(free.motion.rate(x), axis=1)
     most = 0.93 * float(speeds.max())
-    program = orientation_program(t, q, knots_per_interval=4, limits=Limits(rate=most))
+    program = sm.orientation_program(t, q, refine=3, constraints=[sm.RateBound(most)])
     held = sm.Ipopt().solve(program)
     runs = [Run.of("free, 4 knots per interval", free), Run.of("rate bounded", held)]
     active = int(np.sum(held.multipliers["rate bound"] > 1e-6))

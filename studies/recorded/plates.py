@@ -7,7 +7,6 @@ import numpy as np
 
 import symmotion as sm
 from studies.runner.recordings import recorded
-from symmotion.design import measure_torque, orientation_program
 from symmotion.motions.interpolants import slerp_curve
 from symmotion.motions.quaternions import exp, interpolate_quaternions, rotate
 from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table, player, to_figure, turning
@@ -24,7 +23,7 @@ def run(options: StudyOptions) -> StudyResult:
     options.progress(f"{len(ages)} rotations")
     spline = interpolate_quaternions(ages, q)
     knots = 4 if options.full else 2
-    exact = sm.ExactNewton().solve(orientation_program(ages, q, knots_per_interval=knots))
+    exact = sm.ExactNewton().solve(sm.orientation_program(ages, q, refine=knots - 1))
     runs = [Run.of("keyframes met", exact)]
     motions = {"slerp": slerp_curve(ages, q), "C² spline": spline, "least ∫‖Ω̇‖²": exact.motion}
     rows: list[tuple[Any, ...]] = []
@@ -37,16 +36,18 @@ def run(options: StudyOptions) -> StudyResult:
     )
     t = np.linspace(ages[0], ages[-1], 4001)
     rows.append(("slerp", 0.0, None, _speeds(motions["slerp"], t, site)[0], None))
-    rows.append(("C² spline", 0.0, measure_torque(spline), *_speeds(spline, t, site)))
-    rows.append(("least ∫‖Ω̇‖²", 0.0, measure_torque(exact.motion), *_speeds(exact.motion, t, site)))
+    rows.append(("C² spline", 0.0, sm.measure(spline, sm.Torque()), *_speeds(spline, t, site)))
+    rows.append(("least ∫‖Ω̇‖²", 0.0, sm.measure(exact.motion, sm.Torque()), *_speeds(exact.motion, t, site)))
     for degrees in (0.5, 2.0):
         options.progress(f"tolerance {degrees:g}°")
-        program = orientation_program(ages, q, knots_per_interval=knots, tolerances=np.deg2rad(degrees))
+        program = sm.orientation_program(
+            ages, q, refine=knots - 1, constraints=[sm.Tolerance(turn=np.deg2rad(degrees))]
+        )
         loose = sm.Ipopt().solve(program)
         runs.append(Run.of(f"tolerance {degrees:g}°", loose))
         name = f"within {degrees:g}°"
         motions[name] = loose.motion
-        rows.append((name, degrees, measure_torque(loose.motion), *_speeds(loose.motion, t, site)))
+        rows.append((name, degrees, sm.measure(loose.motion, sm.Torque()), *_speeds(loose.motion, t, site)))
     table = Table(
         "histories",
         (

@@ -64,7 +64,6 @@ def curve_program(
     the curve undetermined.
     """
     began = perf_counter()
-    checks.choice(order, (1, 2, 3), "order")
     energy = as_objective(objective, Bending(order))
     conditions, extra = _asked(keys, constraints)
     least, most = _orders(energy, conditions[0].value_shape if conditions else ())

@@ -4,7 +4,7 @@ from problems import body_points
 from scipy.spatial.transform import Rotation
 
 import symmotion as sm
-from symmotion.design.constraints import dense_times
+from symmotion.constraints import dense_times
 
 KEYS = sm.examples.random_keyframes(6, 60, 1)
 POINTS = body_points(3)
@@ -101,7 +101,7 @@ def test_tolerances_free_the_keyframes_and_lower_the_objective(norm):
 
 def test_bounds_along_the_motion_hold_where_they_are_asked_for():
     energy = sm.TrajectoryEnergy(POINTS)
-    dense = dense_times(KEYS, 8, "")
+    dense = dense_times(KEYS.times, 8, "")
     free = sm.ExactNewton().solve(program(objective=energy)).motion
     assert np.linalg.det(free(dense).linear).min() < 0.85
     upright = sm.Ipopt().solve(program(sm.NoInversion(0.9), objective=energy)).require(1e-7)

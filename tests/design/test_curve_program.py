@@ -4,9 +4,9 @@ from problems import difference
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 import symmotion as sm
+from symmotion.constraints import CurveCondition
 from symmotion.curves import catmull_rom, speed
 from symmotion.design.curve import curve_program
-from symmotion.design.curve_conditions import CurveCondition
 from symmotion.program import Evaluator
 
 RNG = np.random.default_rng(1)

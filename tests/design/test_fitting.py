@@ -208,7 +208,7 @@ FEW = TOUR[:10]
         (lambda: fit_program(FEW, controls=5, points=np.eye(2)), r"shape \(P, 3\)"),
         (lambda: fit_program(FEW, controls=5).with_keyframes(TOUR), "keeps the times"),
         (lambda: fit_program(FEW, controls=5).with_keyframes(planar_samples(10, 0)), "2D for a program in 3D"),
-        (lambda: list(fit_program(FEW, controls=5).design.stages("knots")), "no stages"),
+        (lambda: fit_program(FEW, controls=5).stages("knots"), "no stages"),
     ],
 )
 def test_bad_input_names_the_culprit(make, message):

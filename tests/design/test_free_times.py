@@ -198,7 +198,7 @@ def clock():
             lambda: free_times_program(KEYS).with_keyframes(sm.Keyframes(2 * KEYS.times, KEYS.linear)),
             "keeps the first and the last time",
         ),
-        (lambda: list(free_times_program(KEYS).design.stages("knots")), "no stages"),
+        (lambda: free_times_program(KEYS).stages("knots"), "no stages"),
     ],
 )
 def test_bad_input_names_the_culprit(make, message):

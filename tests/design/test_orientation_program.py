@@ -9,18 +9,27 @@ from turns import AXIS, units
 
 import symmotion as sm
 from symmotion.design.control_start import carried
-from symmotion.design.orientation import Limits, measure_torque, orientation_program
+from symmotion.design.orientation import orientation_program
 from symmotion.design.pose import pose_program
 from symmotion.jets import rotation
 from symmotion.motions.quaternions import algebra as qa
 from symmotion.motions.quaternions.curve import QuaternionMotion
 from symmotion.motions.quaternions.interpolation import interpolate_quaternions
 from symmotion.program import Evaluator
+from symmotion.splines import gauss
 
 TIMES = np.array([0.0, 0.7, 1.5, 2.0, 3.2])
 INERTIA = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.1], [0.0, 0.1, 3.0]])
 Q = units(5, 21, angle=1.2)
 REST = np.zeros((2, 3))
+
+
+def _by_gauss(motion, inertia, nodes):
+    """∫ ‖τ‖² dt of a curve by so many Gauss nodes on every span."""
+    points, weights = gauss(motion.basis, nodes)
+    jet, moments = motion.jet(points, 2), np.diag(inertia) if np.ndim(inertia) == 1 else np.asarray(inertia)
+    torque = jet.acceleration @ moments + np.cross(jet.rate, jet.rate @ moments)
+    return float(np.sum(weights * np.sum(torque**2, axis=-1)))
 
 
 def test_symbolic_exp_and_log_are_those_of_numbers_with_two_derivatives_through_zero():
@@ -45,9 +54,9 @@ def test_symbolic_exp_and_log_are_those_of_numbers_with_two_derivatives_through_
 
 
 def test_the_objective_is_the_torque_of_the_curve():
-    program = orientation_program(TIMES, Q, inertia=INERTIA, nodes=10)
+    program = orientation_program(TIMES, Q, objective=sm.Torque(INERTIA, gauss_nodes=10))
     motion = program.design.motion(program.start)
-    assert Evaluator(program).objective(program.x0) == pytest.approx(measure_torque(motion, INERTIA, 10), rel=1e-12)
+    assert Evaluator(program).objective(program.x0) == pytest.approx(_by_gauss(motion, INERTIA, 10), rel=1e-12)
     t, h = np.linspace(0.1, 3.1, 7), 1e-5
     momentum = lambda s: qa.rotate(motion(s), motion.rate(s) @ INERTIA)  # noqa: E731
     torque = (momentum(t + h) - momentum(t - h)) / (2 * h)  # the change of the momentum in the world's frame
@@ -58,7 +67,7 @@ def test_the_objective_is_the_torque_of_the_curve():
 
 def test_about_one_axis_the_optimum_is_the_natural_cubic():
     heights = np.array([0.0, 2.0, 1.0, 3.9, 3.0])
-    program = orientation_program(TIMES, qa.exp(heights[:, None] / 2 * AXIS), inertia=2.0 * np.ones(3))
+    program = orientation_program(TIMES, qa.exp(heights[:, None] / 2 * AXIS), objective=sm.Torque(2.0 * np.ones(3)))
     solution = sm.ExactNewton().solve(program).require(1e-8)
     scalar, t = sm.cubic_interpolant(TIMES, heights), np.linspace(0, 3.2, 300)
     np.testing.assert_allclose(solution.motion.rate(t), scalar(t, 1)[:, None] * AXIS, atol=1e-9)
@@ -67,15 +76,15 @@ def test_about_one_axis_the_optimum_is_the_natural_cubic():
 
 @pytest.mark.parametrize("inertia", [None, INERTIA], ids=["unit", "asymmetric"])
 def test_energy_falls_with_knots_and_both_solvers_agree(inertia):
-    found = [measure_torque(interpolate_quaternions(TIMES, Q), inertia)]
+    found = [sm.measure(interpolate_quaternions(TIMES, Q), sm.Torque(inertia))]
     for knots in (1, 2, 4, 8):
-        program = orientation_program(TIMES, Q, inertia=inertia, knots_per_interval=knots)
+        program = orientation_program(TIMES, Q, objective=sm.Torque(inertia), refine=knots - 1)
         newton, ipopt = sm.ExactNewton().solve(program).require(1e-8), sm.Ipopt().solve(program).require(1e-7)
         assert newton.inertia == "positive"
         assert newton.objective == pytest.approx(ipopt.objective, rel=1e-9)
-        assert newton.objective == pytest.approx(measure_torque(newton.motion, inertia), rel=1e-4)
+        assert newton.objective == pytest.approx(sm.measure(newton.motion, sm.Torque(inertia)), rel=1e-4)
         np.testing.assert_allclose(np.linalg.norm(newton.x.reshape(-1, 4), axis=1), 1.0, atol=1e-8)
-        found.append(measure_torque(newton.motion, inertia))
+        found.append(sm.measure(newton.motion, sm.Torque(inertia)))
     assert all(b < a for a, b in pairwise(found))
     drops = -np.diff(found[1:])
     assert drops[-1] < 0.3 * drops[-2] < 0.3 * drops[-3]
@@ -83,7 +92,7 @@ def test_energy_falls_with_knots_and_both_solvers_agree(inertia):
 
 def test_the_optimum_is_a_riemannian_cubic_where_knots_are_many():
     """Noakes, Heinzinger and Paden 1989: Ω⃛ = Ω̈ × Ω, so R Ω̈ is constant between keyframes; it jumps there by −λ/2."""
-    solution = sm.ExactNewton().solve(orientation_program(TIMES, Q, knots_per_interval=24)).require(1e-8)
+    solution = sm.ExactNewton().solve(orientation_program(TIMES, Q, refine=23)).require(1e-8)
     breaks = solution.motion.basis.breakpoints
     middle = (breaks[1:] + breaks[:-1]) / 2
     turned = qa.rotate(solution.motion(middle), solution.motion.jerk(middle)).reshape(4, 24, 3)
@@ -95,7 +104,7 @@ def test_the_optimum_is_a_riemannian_cubic_where_knots_are_many():
 
 @pytest.mark.parametrize("inertia", [None, INERTIA], ids=["unit", "asymmetric"])
 def test_multipliers_predict_the_change_of_energy_when_a_keyframe_turns(inertia):
-    program = orientation_program(TIMES, Q, inertia=inertia)
+    program = orientation_program(TIMES, Q, objective=sm.Torque(inertia))
     solution = sm.ExactNewton(tolerance=1e-10).solve(program)
     rng = np.random.default_rng(0)
     for i in range(len(Q)):
@@ -113,7 +122,9 @@ def test_multipliers_predict_the_change_of_energy_when_a_keyframe_turns(inertia)
 
 def test_end_conditions():
     rates, bends = np.array([[1.0, 0, -1], [0, 2, 0]]), np.array([[0.0, 1, 0], [3, 0, 0]])
-    program = orientation_program(TIMES, Q, ends="clamped", end_rates=rates, end_accelerations=bends)
+    program = orientation_program(
+        TIMES, Q, ends="clamped", end_rates=rates, constraints=[sm.constraints.EndAccelerations(bends)]
+    )
     jet = sm.ExactNewton().solve(program).require(1e-8).motion.jet(TIMES[[0, -1]])
     np.testing.assert_allclose(jet.rate, rates, atol=1e-7)
     np.testing.assert_allclose(jet.acceleration, bends, atol=1e-6)
@@ -124,7 +135,7 @@ def test_end_conditions():
     np.testing.assert_allclose(jet.acceleration[0], jet.acceleration[1], atol=1e-9)
     assert solution.multipliers["keyframes"].shape == (5, 3)
     # Free ends have no torque at the optimum, up to what the knots allow.
-    free = sm.ExactNewton().solve(orientation_program(TIMES, Q, knots_per_interval=8)).motion
+    free = sm.ExactNewton().solve(orientation_program(TIMES, Q, refine=7)).motion
     assert np.abs(free.acceleration(TIMES[[0, -1]])).max() < 0.02 * np.abs(free.acceleration(TIMES)).max()
 
 
@@ -140,12 +151,15 @@ def test_whole_turns_about_one_axis_stay():
     assert stationary.stationarity < 1e-6 * np.abs(Evaluator(program).gradient(program.x0)).max()
 
 
+BOUNDS = {"rate": sm.RateBound, "acceleration": sm.constraints.AccelerationBound}
+
+
 def test_bounds_hold_and_cost():
     t = np.linspace(0, 3.2, 2000)
-    free = sm.ExactNewton().solve(orientation_program(TIMES, Q, knots_per_interval=4))
+    free = sm.ExactNewton().solve(orientation_program(TIMES, Q, refine=3))
     for name, values in (("rate", free.motion.rate(t)), ("acceleration", free.motion.acceleration(t))):
         most = 0.9 * np.linalg.norm(values, axis=1).max()
-        program = orientation_program(TIMES, Q, knots_per_interval=4, limits=Limits(**{name: most}))
+        program = orientation_program(TIMES, Q, refine=3, constraints=[BOUNDS[name](most)])
         solution = sm.Ipopt().solve(program).require(1e-6)
         found = np.linalg.norm(getattr(solution.motion, name)(t), axis=1).max()
         assert found < 1.05 * most  # held at five parameters per span, not between them
@@ -154,14 +168,14 @@ def test_bounds_hold_and_cost():
         assert bound.min() > -1e-6 and bound.max() > 1e-3
         with pytest.raises(sm.InputError, match=f"takes equalities only and '{name} bound' is an inequality"):
             sm.ExactNewton().solve(program)
-    same = orientation_program(TIMES, Q, knots_per_interval=4, limits=Limits(torque=1e3))
+    same = orientation_program(TIMES, Q, refine=3, constraints=[sm.constraints.TorqueBound(1e3)])
     assert sm.Ipopt().solve(same).objective == pytest.approx(free.objective, rel=1e-7)
 
 
 def test_tolerances_save_energy():
     exact = sm.ExactNewton().solve(orientation_program(TIMES, Q))
     allowed = np.array([0.0, 0.1, 0.0, 0.05, 0.0])
-    loose = sm.Ipopt().solve(orientation_program(TIMES, Q, tolerances=allowed)).require(1e-6)
+    loose = sm.Ipopt().solve(orientation_program(TIMES, Q, constraints=[sm.Tolerance(turn=allowed)])).require(1e-6)
     missed = 2 * np.linalg.norm(qa.short_log(qa.product(qa.conjugate(Q), loose.motion(TIMES))), axis=1)
     assert (missed <= allowed + 1e-7).all() and missed[1] > 0.09
     assert loose.objective < 0.95 * exact.objective
@@ -169,8 +183,8 @@ def test_tolerances_save_energy():
 
 
 def test_a_start_is_carried_to_finer_knots():
-    coarse = sm.ExactNewton().solve(orientation_program(TIMES, Q, knots_per_interval=2))
-    fine = orientation_program(TIMES, Q, knots_per_interval=4)
+    coarse = sm.ExactNewton().solve(orientation_program(TIMES, Q, refine=1))
+    fine = orientation_program(TIMES, Q, refine=3)
     warm = sm.ExactNewton().solve(fine, start=coarse)
     assert warm.log[0].objective == pytest.approx(coarse.objective, rel=2e-2)
     assert warm.objective == pytest.approx(sm.ExactNewton().solve(fine).objective, rel=1e-9)
@@ -182,11 +196,14 @@ def test_a_start_is_carried_to_finer_knots():
     assert np.abs(near(t) - coarse.motion(t)).max() < 1e-3
 
 
+ORIGIN = sm.TrajectoryEnergy(np.zeros((1, 3)))
+
+
 def test_pose_program_is_both_programs_where_nothing_couples_them():
     places = np.random.default_rng(3).normal(size=(5, 3))
-    program = pose_program(TIMES, Q, places, inertia=INERTIA)
+    program = pose_program(TIMES, Q, places, objective=sm.Torque(INERTIA) + ORIGIN)
     solution = sm.ExactNewton().solve(program).require(1e-8)
-    alone = sm.ExactNewton().solve(orientation_program(TIMES, Q, inertia=INERTIA))
+    alone = sm.ExactNewton().solve(orientation_program(TIMES, Q, objective=sm.Torque(INERTIA)))
     spline, t = sm.cubic_interpolant(TIMES, places), np.linspace(0, 3.2, 50)
     np.testing.assert_allclose(solution.motion(t).translation, spline(t), atol=1e-8)
     assert solution.terms["torque"] == pytest.approx(alone.objective, rel=1e-9)
@@ -200,13 +217,11 @@ def test_pose_program_with_the_energy_of_body_points(ends):
     if ends == "periodic":
         q[-1], places[-1] = q[0], places[0]
     energy = sm.TrajectoryEnergy(np.diag([1.0, 2.0, 0.0]), masses=np.array([1.0, 2.0, 3.0]))
-    program = pose_program(TIMES, q, places, objective=energy, torque_weight=0.1, ends=ends, nodes=5)
+    program = pose_program(TIMES, q, places, objective=0.1 * sm.Torque() + energy, ends=ends)
     solution, other = sm.ExactNewton().solve(program).require(1e-7), sm.Ipopt().solve(program).require(1e-6)
     assert solution.objective == pytest.approx(other.objective, rel=1e-9)
     np.testing.assert_allclose(solution.motion(TIMES).translation, places, atol=1e-8)
-    from symmotion.splines import gauss
-
-    points, weights = gauss(solution.motion.translation.basis, 5)
+    points, weights = gauss(solution.motion.translation.basis, 6)
     paths = solution.motion.trajectory(energy.points, points, 2)
     direct = np.sum(weights * np.sum(np.sum(paths**2, axis=-1) * energy.masses, axis=-1))
     assert solution.terms["E"] == pytest.approx(direct, rel=1e-8)
@@ -214,7 +229,7 @@ def test_pose_program_with_the_energy_of_body_points(ends):
 
 def test_far_starts_are_convexified():
     """With a whole turn more about changing axes the start is no minimum: it can be unwound."""
-    program = orientation_program(np.arange(5.0), Q, turns=[0, 1, 0, 0], knots_per_interval=4)
+    program = orientation_program(np.arange(5.0), Q, turns=[0, 1, 0, 0], refine=3)
     solution = sm.ExactNewton().solve(program).require(1e-7)
     assert any(row.theta is not None and row.theta < 1 for row in solution.log)
     assert solution.inertia == "positive"
@@ -222,7 +237,7 @@ def test_far_starts_are_convexified():
 
 
 def test_failure_is_data():
-    program = orientation_program(TIMES, Q, inertia=INERTIA)
+    program = orientation_program(TIMES, Q, objective=sm.Torque(INERTIA))
     solution = sm.ExactNewton(max_iterations=1).solve(program)
     assert (solution.status, solution.iterations) == ("iteration-limit", 1)
     with pytest.raises(sm.SolveError, match="iteration-limit"):
@@ -232,20 +247,17 @@ def test_failure_is_data():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"inertia": [1.0, 2.0, 0.0]}, "inertia is singular"),
-        ({"inertia": -np.eye(3)}, "inertia is singular or not positive"),
-        ({"inertia": [[1, 1, 0], [0, 1, 0], [0, 0, 1]]}, "symmetric"),
-        ({"inertia": np.eye(2)}, r"\(3, 3\) or \(3,\), is needed"),
-        ({"knots_per_interval": 0}, "knots per interval 0: a whole number, 1 or more"),
+        ({"refine": -1}, "refine -1: a whole number of knots per segment, 0 or more"),
         ({"degree": 1}, "degree 1: a whole number, 2 or more"),
-        ({"nodes": 0}, "Gauss nodes 0"),
         ({"ends": "loose"}, "there are natural, clamped, periodic"),
         ({"ends": "clamped"}, "clamped ends need them"),
-        ({"end_accelerations": np.zeros((2, 3))}, "end_accelerations go with clamped"),
-        ({"ends": "clamped", "end_rates": np.zeros((2, 3)), "end_accelerations": [0]}, r"finite, \(2, 3\)"),
-        ({"tolerances": [0, 0, -1, 0, 0]}, "tolerance of keyframe 2 is -1"),
+        ({"constraints": [sm.constraints.EndAccelerations([0])]}, r"finite, \(2, 3\)"),
+        ({"inertia": np.eye(3)}, r"inertia is objective=Torque\(inertia\) from 0.2.0 on"),
+        ({"nodes": 5}, r"nodes is objective=Torque\(inertia, gauss_nodes=…\)"),
+        ({"end_accelerations": np.zeros((2, 3))}, r"end_accelerations is constraints=\[EndAccelerations"),
+        ({"tolerances": 0.1}, r"tolerances is constraints=\[Tolerance\(turn=…\)\]"),
         (
-            {"degree": 2, "knots_per_interval": 1, "ends": "clamped", "end_rates": np.zeros((2, 3))},
+            {"degree": 2, "refine": 0, "ends": "clamped", "end_rates": np.zeros((2, 3))},
             "7 conditions for 6",
         ),
     ],
@@ -255,25 +267,39 @@ def test_bad_input_names_the_culprit(options, message):
         orientation_program(TIMES, Q, **options)
 
 
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: sm.Torque([1.0, 2.0, 0.0]), "inertia is singular"),
+        (lambda: sm.Torque(-np.eye(3)), "inertia is singular or not positive"),
+        (lambda: sm.Torque([[1, 1, 0], [0, 1, 0], [0, 0, 1]]), "symmetric"),
+        (lambda: sm.Torque(np.eye(2)), r"\(3, 3\) or \(3,\), is needed"),
+        (lambda: sm.Torque(gauss_nodes=0), "Gauss nodes 0"),
+        (lambda: sm.Tolerance(turn=[0, 0, -1, 0, 0]), "tolerance of keyframe 2 is -1"),
+        (lambda: orientation_program(TIMES, Q, constraints=[sm.RateBound(0)]), "bound on the rate: 0"),
+        (lambda: orientation_program(TIMES, Q, constraints=[sm.RateBound(1, density=0)]), "density 0"),
+    ],
+)
+def test_energies_and_constraints_name_the_culprit(make, message):
+    with pytest.raises(sm.InputError, match=message):
+        make()
+
+
 def test_more_bad_input():
-    with pytest.raises(sm.InputError, match="bound 0 on the rate"):
-        Limits(rate=0)
-    with pytest.raises(sm.InputError, match="per_span 0"):
-        Limits(rate=1, per_span=0)
     with pytest.raises(sm.InputError, match="half a turn apart"):
         orientation_program([0, 1], [[1, 0, 0, 0], [0, 1, 0, 0]])
     with pytest.raises(sm.InputError, match="time of keyframe 1"):
         orientation_program([0, 0, 1, 2, 3], Q)
     with pytest.raises(sm.InputError, match="translation of shape"):
         pose_program(TIMES, Q, np.zeros((4, 3)))
-    with pytest.raises(sm.InputError, match="torque_weight"):
-        pose_program(TIMES, Q, np.zeros((5, 3)), torque_weight=0)
-    with pytest.raises(sm.InputError, match="a TrajectoryEnergy of points in space"):
-        pose_program(TIMES, Q, np.zeros((5, 3)), objective=sm.Rigidity())  # pyright: ignore
-    with pytest.raises(sm.InputError, match="stages are for affine"):
-        orientation_program(TIMES, Q).design.stages("knots")
+    with pytest.raises(sm.InputError, match="torque_weight is objective=weight"):
+        pose_program(TIMES, Q, np.zeros((5, 3)), torque_weight=0)  # pyright: ignore[reportCallIssue]
+    with pytest.raises(sm.InputError, match="does not see the translation: add a TrajectoryEnergy"):
+        pose_program(TIMES, Q, np.zeros((5, 3)), objective=sm.Torque())
+    with pytest.raises(sm.InputError, match="has no stages by 'knots'"):
+        orientation_program(TIMES, Q).stages("knots")
     line = QuaternionMotion.bezier(Q[:2])
-    assert measure_torque(line) == pytest.approx(0.0, abs=1e-12)
+    assert sm.measure(line, sm.Torque()) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_keyframes_stand_for_times_and_quaternions():
@@ -296,8 +322,6 @@ def test_energy_falls_towards_the_riemannian_cubic_of_an_independent_package():
     q = keys.rotations().as_quat()[:, [3, 0, 1, 2]]
     shot = package.ShootingQuaternionInterpolation(keys.times, [package.Quaternion(*row) for row in q.tolist()])
     least = shot.acceleration_energy
-    found = [
-        sm.ExactNewton().solve(orientation_program(keys, knots_per_interval=k)).require().objective for k in (2, 8)
-    ]
+    found = [sm.ExactNewton().solve(orientation_program(keys, refine=k - 1)).require().objective for k in (2, 8)]
     assert least < found[1] < found[0]
     assert found[1] == pytest.approx(least, rel=1e-4)

@@ -201,7 +201,7 @@ def test_what_cannot_be_built_is_interpreted(cache, monkeypatch, fault):
 @needs_compiler
 def test_what_takes_a_compiler_minutes_is_interpreted(cache, monkeypatch):
     quaternions = sm.examples.random_keyframes(4, 60, seed=2).rotations().as_quat()[:, [3, 0, 1, 2]]
-    (term,) = sm.orientation_program(np.arange(4.0), quaternions, knots_per_interval=1).terms
+    (term,) = sm.orientation_program(np.arange(4.0), quaternions, refine=0).terms
     monkeypatch.setattr(subprocess, "run", None)
     assert kernel_function(term.kernel, "hessian", 1, "compiled") is term.kernel.function("hessian")
 

@@ -9,7 +9,6 @@ from scipy.spatial.transform import RotationSpline, Slerp
 
 import symmotion as sm
 from studies.affine import baselines
-from symmotion.design.sampled import measure_sampled
 from symmotion.motions.examples import rotation_2d
 from symmotion.motions.interpolants.blends import component_cubic, log_blend, polar_blend, steady_morph
 from symmotion.motions.rigid import orthonormalise
@@ -83,7 +82,7 @@ def test_the_polar_baseline_of_rigid_keyframes_is_rigid_and_scipys_rotation(rota
     t = np.linspace(0, 5, 101)
     motion = polar_blend(keys, rotation)
     assert orthonormalise(motion, t).deviation < 1e-12
-    assert measure_sampled(motion, sm.Rigidity(), keys.times) < 1e-24
+    assert sm.measure(motion, sm.Rigidity(), times=keys.times) < 1e-24
     oracle = (
         RotationSpline(keys.times, keys.rotations()) if rotation == "spline" else Slerp(keys.times, keys.rotations())
     )
@@ -142,10 +141,23 @@ def test_sampled_measures_are_the_exact_ones_for_splines():
     keys = sm.examples.spatial_keyframes()
     motion = component_cubic(keys)
     energy = sm.Rigidity() + 0.1 * sm.Rigidity(2) + 0.01 * sm.TrajectoryEnergy(body_points(3))
-    assert measure_sampled(motion, energy, keys.times, panels=1) == pytest.approx(sm.measure(motion, energy), rel=1e-13)
+    sampled = Sampled(motion)
+    assert sm.measure(sampled, energy, times=keys.times) == pytest.approx(sm.measure(motion, energy), rel=1e-13)
     polar = polar_blend(keys)
-    values = [measure_sampled(polar, sm.Rigidity(2), keys.times, panels) for panels in (8, 16)]
-    assert values[0] == pytest.approx(values[1], rel=1e-12)
+    finer = np.linspace(keys.times[:-1], keys.times[1:], 2, endpoint=False).T.ravel()
+    finer = np.append(finer, keys.times[-1])
+    value = sm.measure(polar, sm.Rigidity(2), times=keys.times)
+    assert value == pytest.approx(sm.measure(polar, sm.Rigidity(2), times=finer), rel=1e-12)
+
+
+class Sampled:
+    """A motion that does not say that it is a spline."""
+
+    def __init__(self, motion):
+        self._motion, self.dimension = motion, motion.dimension
+
+    def __call__(self, t, nu=0):
+        return self._motion(t, nu)
 
 
 def with_matrices(*linear):

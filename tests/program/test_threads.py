@@ -30,7 +30,7 @@ def cases(count: int = 25):
     shared = sm.affine_program(batches.keyframes(0))
     flat = sm.affine_program(sm.examples.planar_keyframes(), objective=sm.Rigidity(2))
     quaternions = sm.examples.random_keyframes(4, 60, seed=2).rotations().as_quat()[:, [3, 0, 1, 2]]
-    turning = sm.orientation_program(np.arange(4.0), quaternions, knots_per_interval=1)
+    turning = sm.orientation_program(np.arange(4.0), quaternions, refine=0)
 
     def own(k: int) -> sm.Program:
         # A kernel that nobody has derived before: symbols are made and differentiated in every thread.
