@@ -8,6 +8,7 @@ import sys
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import batches
 import pytest
@@ -103,7 +104,7 @@ def test_a_failure_and_the_studies_on_a_cluster(scheduler, client, tmp_path):
     with two_workers(scheduler, client):
         with client.get_executor() as executor:
             programs = [batches.lasting(duration) for duration in (1, 2, 3)]
-            answers = solve_many(programs, batches.Stubborn(refused=2), executor, chunk=2)
+            answers: list[Any] = solve_many(programs, batches.Stubborn(refused=2), executor, chunk=2)
         assert (answers[1].error, answers[1].message) == ("ValueError", "not this one")
         assert [answers[k].status for k in (0, 2)] == [sm.Status.SOLVED] * 2
         said = studies("sweep", "spatial_keyframes", "--scheduler", scheduler, "-o", str(tmp_path))

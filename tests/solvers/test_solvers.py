@@ -24,7 +24,9 @@ def test_solvers_agree_on_minimiser_and_multipliers(objective):
     comparison = sm.compare(program, [s for s in SOLVERS if s != sm.Elimination(stages="degree")])
     for solution in comparison.solutions:
         solution.require(1e-8)
-        minimiser, multipliers = comparison.agreement(solution)
+        agreement = comparison.agreement(solution)
+        assert agreement is not None
+        minimiser, multipliers = agreement
         assert minimiser < 1e-6
         assert multipliers < 1e-6
         keyframes = solution.multipliers["keyframes"]
@@ -77,6 +79,7 @@ def test_log_and_seconds_tell_what_happened():
     assert all(row.violation < 1e-12 for row in solution.log)
     assert {row.inertia for row in solution.log} <= {None, "positive", "indefinite"}
     s = solution.seconds
+    assert s.build is not None and s.compile is not None and s.evaluate is not None and s.linear is not None
     assert 0 < s.evaluate + s.linear <= s.solve
     assert s.total == pytest.approx(s.build + s.compile + s.solve)
 
