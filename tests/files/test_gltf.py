@@ -221,7 +221,7 @@ class Stepping:
     def __call__(self, t, nu=0):
         t = np.asarray(t, dtype=float)
         place = np.stack([np.where(t > 0.37, 1.0, 0.0) * (nu == 0), 0 * t, 0 * t], axis=-1)
-        return sm.motions.Affine(np.broadcast_to(np.eye(3) * (nu == 0), (*t.shape, 3, 3)), place)
+        return sm.Affine(np.broadcast_to(np.eye(3) * (nu == 0), (*t.shape, 3, 3)), place)
 
 
 def jumping() -> sm.AffineMotion:
