@@ -17,7 +17,7 @@ class Known:
 
 
 def quarter_turn(degree: int) -> sm.Program:
-    keys = sm.Keyframes([0, 1], [np.eye(2), [[0, -1], [1, 0]]])
+    keys = sm.Keyframes([0, 1], np.array([np.eye(2), [[0, -1], [1, 0]]]))
     return sm.affine_program(keys, degree=degree, refine=0, objective=sm.Rigidity(order=2))
 
 

@@ -1,7 +1,10 @@
 """What tests read from the results of studies."""
 
+from typing import Any
 
-def table(result, name):
+
+# A cell is a number, a word or nothing: its reader knows which.
+def table(result, name) -> list[dict[str, Any]]:
     found = next(t for t in result.tables if t.name == name)
     return [dict(zip([c.name for c in found.columns], row, strict=True)) for row in found.rows]
 

@@ -1,6 +1,7 @@
 """Motions for the tests of sweeps."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from symmotion.motions import AffineMotion
 from symmotion.splines import BSplineBasis
@@ -16,7 +17,7 @@ def wild(seed: int, spread: float = 0.3, travel: float = 1.0) -> AffineMotion:
     return AffineMotion(BSplineBasis.clamped([0, 0.5, 1], 3), linear, travel * rng.normal(size=(5, 3)))
 
 
-def sliding(linear, translation=GOES, start=(0.0, 0.0, 0.0)) -> AffineMotion:
+def sliding(linear, translation: ArrayLike = GOES, start=(0.0, 0.0, 0.0)) -> AffineMotion:
     return AffineMotion(LINE, np.array([linear, linear]), np.array([start, translation]))
 
 

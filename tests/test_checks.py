@@ -22,7 +22,7 @@ from symmotion import InputError, checks
         (lambda: checks.array(np.zeros((2, 3)), ("M", "M"), "weights"), r"weights of shape \(2, 3\): finite, \(M, M\)"),
         (lambda: checks.array([np.inf], (1,), "v"), r"v of shape \(1,\): finite, \(1,\), is needed"),
         (lambda: checks.array("a", (1,), "v"), r"v: a str is no array of numbers"),
-        (lambda: checks.numbers(np.ma.array([1.0, 2.0], mask=[0, 1]), "v"), r"v: entries are masked"),
+        (lambda: checks.numbers(np.ma.array([1.0, 2.0], mask=[False, True]), "v"), r"v: entries are masked"),
         (lambda: checks.numbers([1j], "v"), r"v: complex numbers"),
         (lambda: checks.times([0.0, 2.0, 1.0]), r"times: number 2 \(1\) does not come after number 1 \(2\)"),
         (lambda: checks.times([0.0, np.nan]), r"times: number 1 is not finite"),

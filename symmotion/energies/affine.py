@@ -1,9 +1,11 @@
 """Rigidity and trajectory energies of affine motions (HJK 3.1, 3.2)."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from symmotion.energies.energy import Energy
 from symmotion.errors import InputError
@@ -22,6 +24,12 @@ class Rigidity(Energy):
     order: int = 1
     test_vectors: np.ndarray | None = None
     weights: np.ndarray | None = None
+
+    if TYPE_CHECKING:
+        # Any array-like goes in; the fields are arrays.
+        def __init__(
+            self, order: int = 1, test_vectors: ArrayLike | None = None, weights: ArrayLike | None = None
+        ) -> None: ...
 
     def __post_init__(self):
         if self.order not in (1, 2):
@@ -78,6 +86,10 @@ class TrajectoryEnergy(Energy):
 
     points: np.ndarray
     masses: np.ndarray | None = None
+
+    if TYPE_CHECKING:
+        # Any array-like goes in; the fields are arrays.
+        def __init__(self, points: ArrayLike, masses: ArrayLike | None = None) -> None: ...
 
     def __post_init__(self):
         points = np.array(self.points, dtype=float)

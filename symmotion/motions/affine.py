@@ -1,6 +1,7 @@
 """Affine spline motions: x ↦ v(t) + A(t) x with control matrices and control points (HJK (2)–(5))."""
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +28,10 @@ class AffineMotion:
     linear: np.ndarray
     # None only on the way in: zero is put in its place.
     translation: np.ndarray = None  # pyright: ignore[reportAssignmentType]
+
+    if TYPE_CHECKING:
+        # Any array-like goes in; the fields are arrays.
+        def __init__(self, basis: BSplineBasis, linear: ArrayLike, translation: ArrayLike | None = None) -> None: ...
 
     def __post_init__(self):
         linear = numbers(self.linear, "control matrices")

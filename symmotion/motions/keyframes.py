@@ -64,6 +64,10 @@ class Keyframes:
     # None only on the way in: zero is put in its place.
     translation: np.ndarray = None  # pyright: ignore[reportAssignmentType]
 
+    if TYPE_CHECKING:
+        # Any array-like goes in; the fields are arrays.
+        def __init__(self, times: ArrayLike, linear: ArrayLike, translation: ArrayLike | None = None) -> None: ...
+
     def __post_init__(self):
         linear, translation = _check_positions(self.linear, self.translation)
         times = check_times(self.times)

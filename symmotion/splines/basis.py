@@ -1,6 +1,9 @@
 """B-spline bases of any degree over clamped and periodic knot vectors."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import sparse
 
 from symmotion.checks import numbers, read_only, whole
@@ -24,6 +27,10 @@ class BSplineBasis:
     knots: np.ndarray
     degree: int
     periodic: bool = False
+
+    if TYPE_CHECKING:
+        # Any array-like goes in; the fields are arrays.
+        def __init__(self, knots: ArrayLike, degree: int, periodic: bool = False) -> None: ...
 
     def __post_init__(self):
         knots, degree = numbers(self.knots, "knots"), whole(self.degree, 0, "degree")

@@ -8,6 +8,7 @@ import sys
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import batches
 import pytest
@@ -16,6 +17,9 @@ import symmotion as sm
 from studies.__main__ import main
 from studies.runner import cluster
 from symmotion.batches.many import solve_many
+
+# Their fixtures take long to make: once, in one process.
+pytestmark = pytest.mark.xdist_group("distributed")
 
 distributed = pytest.importorskip("distributed", reason="Dask is an extra: pip install '.[distributed]'")
 
@@ -103,7 +107,7 @@ def test_a_failure_and_the_studies_on_a_cluster(scheduler, client, tmp_path):
     with two_workers(scheduler, client):
         with client.get_executor() as executor:
             programs = [batches.lasting(duration) for duration in (1, 2, 3)]
-            answers = solve_many(programs, batches.Stubborn(refused=2), executor, chunk=2)
+            answers: list[Any] = solve_many(programs, batches.Stubborn(refused=2), executor, chunk=2)
         assert (answers[1].error, answers[1].message) == ("ValueError", "not this one")
         assert [answers[k].status for k in (0, 2)] == [sm.Status.SOLVED] * 2
         said = studies("sweep", "spatial_keyframes", "--scheduler", scheduler, "-o", str(tmp_path))

@@ -10,6 +10,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPool
 from dataclasses import replace
 from multiprocessing import current_process, get_context
 from pathlib import Path
+from typing import Any
 
 import batches
 import casadi as ca
@@ -122,7 +123,7 @@ def test_the_same_numbers_whoever_solves(make, executor_of_two):
 
 def test_a_solution_belongs_to_the_program_that_was_given(executor_of_two):
     programs = list(batches.moved_programs(6))
-    answers = solve_many(programs, executor=executor_of_two)
+    answers: list[Any] = solve_many(programs, executor=executor_of_two)
     assert all(a.program is p for a, p in zip(answers, programs, strict=True))
     assert answers[3].require().motion(0.3).linear == pytest.approx(batches.keyframes(3).linear[1])
 
@@ -139,7 +140,7 @@ def test_one_failure_does_not_lose_the_others(where, executor_of_two):
     executor = {"here": None, "threads": ThreadPoolExecutor(2), "processes": executor_of_two}[where]
     tallies: list[Tally] = []
     solver = batches.Stubborn(refused=3)
-    answers = solve_many(programs, solver, executor, progress=tallies.append, chunk=2)
+    answers: list[Any] = solve_many(programs, solver, executor, progress=tallies.append, chunk=2)
     assert answers[2] == Failed(2, "ValueError", "not this one")
     assert all(a.status is sm.Status.SOLVED for k, a in enumerate(answers) if k != 2)
     assert [t.done for t in tallies] == [1, 2, 3, 4, 5] and (tallies[-1].failed, tallies[-1].found) == (1, 0)
@@ -148,6 +149,7 @@ def test_one_failure_does_not_lose_the_others(where, executor_of_two):
 
 def test_a_solve_that_does_not_converge_is_a_solution():
     (answer,) = solve_many(batches.small_programs(1), sm.ExactNewton(max_iterations=1))
+    assert isinstance(answer, sm.Solution)
     assert answer.status is sm.Status.ITERATION_LIMIT
 
 
@@ -155,6 +157,7 @@ def test_a_solver_that_cannot_take_a_program_is_a_failure():
     near = [sm.Tolerance(linear=0.05)]
     program = sm.affine_program(batches.keyframes(0), constraints=near)
     (answer,) = solve_many([program])
+    assert isinstance(answer, Failed)
     assert answer.error == "InputError" and "Ipopt() takes it" in answer.message
 
 
@@ -162,6 +165,7 @@ def test_a_solver_that_cannot_take_a_program_is_a_failure():
 def test_a_program_that_kills_its_worker_loses_only_itself(where):
     programs = [batches.lasting(duration) for duration in (1, 2, 3, 4, 5, 6)]
     solver = batches.Stubborn(deadly=3)
+    answers: list[Any]
     if where == "own":
         answers = solve_many(programs, solver, 2, chunk=2)
     else:
@@ -179,6 +183,7 @@ def test_starts_are_taken_along(executor_of_two):
     for executor in (None, executor_of_two):
         *answers, refused = solve_many(pairs, executor=executor, chunk=2)
         assert batches.numbers(answers) == wanted
+        assert isinstance(refused, Failed)
         assert refused.error == "InputError" and "start of shape (3,)" in refused.message
 
 
@@ -202,7 +207,7 @@ def test_an_executor_that_takes_no_work_is_named():
 
 
 def test_a_daemon_starts_no_processes(monkeypatch):
-    monkeypatch.setitem(current_process()._config, "daemon", True)
+    monkeypatch.setitem(current_process()._config, "daemon", True)  # pyright: ignore[reportAttributeAccessIssue]
     with pytest.raises(sm.InputError, match=r"a daemonic process.* may not start others: use threads"):
         solve_many(batches.small_programs(2), executor=2)
 
@@ -229,7 +234,7 @@ def test_what_the_caller_raises_midway_comes_back_and_the_file_keeps_the_rest(tm
 def test_what_cannot_be_sent_is_a_failure_that_says_so(executor_of_two):
     programs = list(batches.small_programs(4))
     programs[2] = replace(programs[2], design=replace(programs[2].design, constraints=(lambda: None,)))
-    answers = solve_many(programs, executor=executor_of_two, chunk=3)
+    answers: list[Any] = solve_many(programs, executor=executor_of_two, chunk=3)
     assert [isinstance(a, Failed) for a in answers] == [False, False, True, False]
     assert answers[2].error == "InputError" and "cannot be sent to another process" in answers[2].message
     assert all(isinstance(a, sm.Solution) for a in solve_many(programs))
@@ -271,7 +276,7 @@ def test_programs_are_read_only_as_far_as_work_is_handed_out():
     next(answers)
     assert len(made) <= 4
     with ThreadPoolExecutor(1) as threads:
-        answers = solve_each(programs(), executor=threads, chunk=2, ahead=2)
+        answers: Any = solve_each(programs(), executor=threads, chunk=2, ahead=2)
         made.clear()
         next(answers)
         answers.close()
@@ -309,6 +314,7 @@ def test_what_is_in_the_file_is_not_solved_again(tmp_path):
     assert batches.counts(counter) == 7 and tallies[-1].found == 4
     assert batches.numbers(again[:4]) == batches.numbers(first)
     restored, solved = again[1], first[1]
+    assert isinstance(restored, sm.Solution) and isinstance(solved, sm.Solution)
     assert (restored.log, restored.seconds, restored.tolerance) == (solved.log, solved.seconds, solved.tolerance)
     assert restored.solver == repr(solver) or restored.solver == solved.solver
     assert restored.motion(0.5).linear == pytest.approx(solved.motion(0.5).linear, abs=0)
@@ -389,6 +395,7 @@ def test_numbers_that_are_not_finite_survive_the_file(tmp_path):
         json.loads(line, parse_constant=lambda constant: pytest.fail(f"{constant} is no JSON"))
     with ResultsFile(tmp_path / "f") as file:
         back = file.find("name", program)
+        assert back is not None
         assert file.find("other", program) is None and len(file) == 1
     assert np.isnan(back.x).all() and back.objective == np.inf and np.isnan(back.stationarity)
     assert back.message == wild.message and back.log == wild.log
@@ -490,7 +497,7 @@ def test_the_study_reports_every_way_with_the_same_numbers():
     assert {row[-1] for row in throughput.rows} == {True}
     assert {row[-2] for row in throughput.rows} == {100}
     assert {row[0] for row in throughput.rows} == {"loop", "solve_many", "2 threads", "2 processes"}
-    sizes = {name: size for name, size in result.tables[2].rows}
+    sizes: dict[Any, Any] = {name: size for name, size in result.tables[2].rows}
     assert sizes["pickle, moved, 64 to a task"] < 4 < sizes["pickle, moved, 1 to a task"] < 30
     assert all(run.certified for run in result.runs) and "bit for bit" in result.conclusion
 
@@ -537,7 +544,7 @@ def test_a_jacobian_that_depends_on_the_data_is_not_shared():
 
     first = program(1.0)
     edited = first.with_data("c", np.array([[4.0, 1.0]]))
-    answers = solve_many([first, program(2.0), edited])
+    answers: list[Any] = solve_many([first, program(2.0), edited])
     assert edited.structure is not first.structure
     assert [a.x[0] for a in answers] == pytest.approx([1.0, 0.5, 0.25], rel=1e-12)
     assert [a.violation for a in answers] == pytest.approx([0, 0, 0], abs=1e-12)

@@ -1,3 +1,5 @@
+from typing import Any, cast
+
 import numpy as np
 import pytest
 from problems import body_points
@@ -5,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import symmotion as sm
 from symmotion.constraints import dense_times
+from symmotion.energies import Energy
 
 KEYS = sm.examples.random_keyframes(6, 60, 1)
 POINTS = body_points(3)
@@ -12,7 +15,7 @@ OBJECTIVE = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(POINTS)
 CLOSED = KEYS.moved(-1, KEYS.linear[0], KEYS.translation[0])
 
 
-def program(*constraints, keys=KEYS, objective=OBJECTIVE, degree=3):
+def program(*constraints, keys=KEYS, objective: Energy = OBJECTIVE, degree=3):
     return sm.affine_program(keys, objective=objective, constraints=constraints, degree=degree)
 
 
@@ -33,12 +36,12 @@ def test_linear_conditions_hold_and_solvers_agree(name):
     comparison = sm.compare(p, [sm.ExactNewton(), sm.Ipopt()])
     for s in comparison.solutions:
         s.require(1e-8)
-        assert max(comparison.agreement(s)) < 1e-6
+        assert max(comparison.agreement(s) or (1,)) < 1e-6
         motion = s.motion
         for c in constraints:
             if isinstance(c, sm.Velocity):
                 t = keys.times[c.keyframe]
-                np.testing.assert_allclose(motion(t, 1).translation, c.velocity, atol=1e-9)
+                np.testing.assert_allclose(motion(t, 1).translation, np.asarray(c.velocity), atol=1e-9)
             if isinstance(c, sm.AngularRate):
                 t = keys.times[c.keyframe]
                 spin = motion(t, 1).linear @ np.linalg.inv(motion(t).linear)
@@ -53,7 +56,7 @@ def test_linear_conditions_hold_and_solvers_agree(name):
             if isinstance(c, sm.OnLine):
                 i = c.keyframe
                 off = motion(keys.times[i]).translation - keys.translation[i]
-                assert np.linalg.norm(np.cross(off, c.direction)) < 1e-9
+                assert np.linalg.norm(np.cross(off, np.asarray(c.direction))) < 1e-9
                 assert np.linalg.norm(off) > 1e-3
                 assert not s.multipliers["keyframes"].translation[i].any()
                 np.testing.assert_allclose(motion(keys.times[i]).linear, keys.linear[i], atol=1e-9)
@@ -79,7 +82,7 @@ def test_unit_volume_is_met_between_keyframes():
     assert np.abs(np.linalg.det(free(times).linear) - 1).max() > 1e-4
     comparison = sm.compare(program(sm.UnitVolume(times)), [sm.ExactNewton(), sm.Ipopt()])
     solution = comparison.solutions[0].require(1e-8)
-    assert max(comparison.agreement(comparison.solutions[1].require(1e-8))) < 1e-6
+    assert max(comparison.agreement(comparison.solutions[1].require(1e-8)) or (1,)) < 1e-6
     np.testing.assert_allclose(np.linalg.det(solution.motion(times).linear), 1.0, atol=1e-8)
     assert solution.multipliers["unit volume"].shape == (3, 1)
 
@@ -139,7 +142,7 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
         (lambda: program(sm.NoInversion(0.5, density=0)), "density 0"),
         (lambda: program(sm.SpeedBound([0, 0, 0], -1)), "limit -1"),
         (lambda: program(sm.SpeedBound([0, 0], 1)), r"\(P, 3\)"),
-        (lambda: sm.affine_program(KEYS, constraints=["closed"]), "'closed' is no condition"),
+        (lambda: sm.affine_program(KEYS, constraints=cast(Any, ["closed"])), "'closed' is no condition"),
         (lambda: sm.ExactNewton().solve(program(sm.NoInversion(0.5))), "'no inversion' is an inequality"),
     ],
 )

@@ -1,3 +1,5 @@
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from symmotion.program import Evaluator
 KEYS = sm.examples.spatial_keyframes()
 
 
-def start_motion(program):
+def start_motion(program) -> sm.AffineMotion:
     return program.design.motion(program.unpack(program.x0))
 
 
@@ -68,7 +70,8 @@ def test_ends_of_the_start(ends):
 
 def test_translation_that_the_objective_does_not_see_keeps_its_spline():
     solution = sm.ExactNewton().solve(sm.affine_program(KEYS)).require()
-    t = np.linspace(*solution.motion.domain, 50)
+    a, b = solution.motion.domain
+    t = np.linspace(a, b, 50)
     spline = sm.cubic_interpolant(KEYS.times, KEYS.translation)
     np.testing.assert_allclose(solution.motion(t).translation, spline(t), atol=1e-12)
 
@@ -108,9 +111,9 @@ def test_given_knots_and_stages():
     ("make", "message"),
     [
         (lambda: sm.affine_program(KEYS, degree=0), "degree 0"),
-        (lambda: sm.affine_program(KEYS, degree=2.5), r"degree 2\.5"),
+        (lambda: sm.affine_program(KEYS, degree=cast(Any, 2.5)), r"degree 2\.5"),
         (lambda: sm.affine_program(KEYS, refine=-1), "refine -1"),
-        (lambda: sm.affine_program(KEYS, objective="R"), "'R' is no energy"),
+        (lambda: sm.affine_program(KEYS, objective=cast(Any, "R")), "'R' is no energy"),
         (lambda: sm.affine_program(KEYS[:3], ends="not-a-knot"), "3 keyframes are too few for not-a-knot"),
         (lambda: sm.affine_program(KEYS, ends="open"), "'open' is unknown"),
         (lambda: sm.affine_program(KEYS, ends="periodic"), "last keyframe equal to the first"),

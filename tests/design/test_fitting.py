@@ -1,5 +1,6 @@
 from itertools import pairwise
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -199,10 +200,10 @@ FEW = TOUR[:10]
         (lambda: fit_program(FEW, controls=5, huber=-1.0), r"huber -1\.0"),
         (lambda: fit_program(FEW, controls=5, exact=[10]), "exact sample 10 does not exist: there are 10"),
         (lambda: fit_program(FEW, controls=5, exact=[-11]), "exact sample -11"),
-        (lambda: fit_program(FEW, controls=5, exact=[0.5]), "numbers of samples"),
+        (lambda: fit_program(FEW, controls=5, exact=cast(Any, [0.5])), "numbers of samples"),
         (lambda: fit_program(FEW, controls=5, exact=range(6)), "exact sample 4"),
         (lambda: fit_program(FEW, controls=10, exact=range(10)), "nothing is left"),
-        (lambda: fit_program(FEW, controls=5, objective="R"), "'R' is no energy"),
+        (lambda: fit_program(FEW, controls=5, objective=cast(Any, "R")), "'R' is no energy"),
         (lambda: fit_program(FEW, controls=5, degree=0), "degree 0"),
         (lambda: fit_program(FEW, controls=5, points=np.zeros((1, 3))), "do not fix an affine position"),
         (lambda: fit_program(FEW, controls=5, points=np.eye(2)), r"shape \(P, 3\)"),

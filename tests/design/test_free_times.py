@@ -1,3 +1,5 @@
+from typing import Any, cast
+
 import numpy as np
 import pytest
 from problems import body_points, difference
@@ -7,6 +9,7 @@ from studied import certified, table
 import symmotion as sm
 from studies.affine import free_times
 from symmotion.design.free_times import free_times_program
+from symmotion.energies import Energy
 from symmotion.program import Evaluator
 from symmotion.report import StudyOptions
 from symmotion.systems import HessianTriangle
@@ -20,7 +23,7 @@ def solved():
     return sm.Ipopt(tolerance=1e-10).solve(free_times_program(KEYS, objective=MIXED)).require(1e-9)
 
 
-def fixed_optimum(keys, times, objective=MIXED):
+def fixed_optimum(keys, times, objective: Energy = MIXED):
     program = sm.affine_program(sm.Keyframes(times, keys.linear, keys.translation), objective=objective)
     return sm.ExactNewton().solve(program).require(1e-9)
 
@@ -37,7 +40,8 @@ def test_start_is_that_of_the_program_with_fixed_times(degree, refine):
     assert np.abs(evaluator.violation(free.x0)).max() < 1e-12
     np.testing.assert_allclose(free.design.times(free.x0), keys.times, atol=1e-14)
     motion, same = free.design.motion(free.unpack(free.x0)), fixed.design.motion(fixed.unpack(fixed.x0))
-    t = np.linspace(*motion.domain, 50)
+    a, b = motion.domain
+    t = np.linspace(a, b, 50)
     np.testing.assert_allclose(motion(t).linear, same(t).linear, atol=1e-12)
     np.testing.assert_allclose(motion(t).translation, same(t).translation, atol=1e-12)
 
@@ -190,8 +194,8 @@ def clock():
         ),
         (lambda: free_times_program(KEYS, degree=0), "degree 0"),
         (lambda: free_times_program(KEYS, refine=-1), "refine -1"),
-        (lambda: free_times_program(KEYS, refine=1.5), r"refine 1\.5"),
-        (lambda: free_times_program(KEYS, objective="R"), "'R' is no energy"),
+        (lambda: free_times_program(KEYS, refine=cast(Any, 1.5)), r"refine 1\.5"),
+        (lambda: free_times_program(KEYS, objective=cast(Any, "R")), "'R' is no energy"),
         (lambda: free_times_program(KEYS, objective=clock()), "clock depends on the time itself"),
         (lambda: free_times_program(KEYS).with_keyframes(KEYS[:4]), "4 in 3D"),
         (

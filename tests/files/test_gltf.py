@@ -113,7 +113,7 @@ def along_a_net():
 )
 def test_motions_that_are_no_splines_are_sampled_to_the_tolerance(tmp_path, motion):
     written = write_gltf(motion, tmp_path / "m.glb", tolerance=1e-3)
-    worst = worst_distance(motion, tmp_path / "m.glb", RNG.uniform(*motion.domain, 60))
+    worst = worst_distance(motion, tmp_path / "m.glb", RNG.uniform(*motion.domain, size=60))
     assert worst <= 1.05 * written.error
     assert 1e-7 < written.relative <= 1.001e-3
 
@@ -125,7 +125,7 @@ def test_rigid_motions_turn_a_node(tmp_path, degree):
     scene = Scene(path)
     assert not scene.gltf.skins
     assert [n.name for n in scene.gltf.nodes] == ["motion", "body"]
-    worst = worst_distance(motion, path, RNG.uniform(*motion.domain, 60))
+    worst = worst_distance(motion, path, RNG.uniform(*motion.domain, size=60))
     assert worst <= 1.05 * written.error <= 1.1e-4 * written.size
     quaternions = scene.array(scene.gltf.animations[0].samplers[0].output)
     np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1, atol=1e-6)
@@ -159,7 +159,7 @@ def test_trimesh_opens_the_file_and_finds_the_body(tmp_path, motion):
     box = trimesh.creation.icosphere(subdivisions=1)
     for body in (box, (box.vertices, box.faces)):
         write_gltf(motion, tmp_path / "m.glb", body)
-        (mesh,) = trimesh.load(tmp_path / "m.glb", process=False).geometry.values()
+        (mesh,) = trimesh.load_scene(tmp_path / "m.glb", process=False).geometry.values()
         np.testing.assert_allclose(mesh.vertices, box.vertices, atol=1e-7)
         np.testing.assert_array_equal(mesh.faces, box.faces)
 
@@ -167,14 +167,14 @@ def test_trimesh_opens_the_file_and_finds_the_body(tmp_path, motion):
 def test_quadrilaterals_are_split_and_planar_bodies_lie_in_the_plane(tmp_path):
     square = (np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), np.array([[0, 1, 2, 3]]))
     write_gltf(EXACT["planar, C²"](), tmp_path / "m.glb", square)
-    (mesh,) = trimesh.load(tmp_path / "m.glb", process=False).geometry.values()
+    (mesh,) = trimesh.load_scene(tmp_path / "m.glb", process=False).geometry.values()
     assert mesh.area == pytest.approx(1)
     assert not mesh.vertices[:, 2].any()
 
 
 def test_the_letter_is_closed_and_not_reflected(tmp_path):
     write_gltf(EXACT["least distorting, C¹"](), tmp_path / "m.glb")
-    (mesh,) = trimesh.load(tmp_path / "m.glb").geometry.values()
+    (mesh,) = trimesh.load_scene(tmp_path / "m.glb").geometry.values()
     cells = (25 * 100 + 45 * 25 + 30 * 20) * 20  # of its three bars
     sizes = np.ptp(mesh.vertices, axis=0)
     assert mesh.volume == pytest.approx(cells * (sizes[1] / 100) ** 3)
@@ -221,7 +221,7 @@ class Stepping:
     def __call__(self, t, nu=0):
         t = np.asarray(t, dtype=float)
         place = np.stack([np.where(t > 0.37, 1.0, 0.0) * (nu == 0), 0 * t, 0 * t], axis=-1)
-        return sm.motions.Affine(np.broadcast_to(np.eye(3) * (nu == 0), (*t.shape, 3, 3)), place)
+        return sm.Affine(np.broadcast_to(np.eye(3) * (nu == 0), (*t.shape, 3, 3)), place)
 
 
 def jumping() -> sm.AffineMotion:

@@ -6,6 +6,7 @@ import sys
 import textwrap
 import threading
 import warnings
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -92,7 +93,7 @@ def test_threads_do_not_change_a_bit(cache, kernels):
         assert one.tobytes() == two.tobytes()
 
 
-def _everything(evaluator: Evaluator, x: np.ndarray) -> list[np.ndarray]:
+def _everything(evaluator: Evaluator, x: np.ndarray) -> list[Any]:
     system = sm.systems.Condensed.of(evaluator.program)
     line = evaluator.line(x, x)
     return [*evaluator.second_order(x, system.pattern), evaluator.gradient(x), line, np.array(evaluator.objective(x))]

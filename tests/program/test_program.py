@@ -1,3 +1,5 @@
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -83,6 +85,7 @@ def test_line_is_the_objective_along_a_direction():
     program = mixed_program()
     evaluator, x, direction = Evaluator(program), away(program), RNG.normal(size=program.unknowns)
     quartic = evaluator.line(x, direction)
+    assert quartic is not None
     for alpha in (-0.7, 0.0, 0.4, 2.0):
         assert np.polyval(quartic[::-1], alpha) == pytest.approx(evaluator.objective(x + alpha * direction), rel=1e-12)
     free = sm.JetEnergy(lambda jet: ca.exp(jet.dA[0, 0]))
@@ -96,7 +99,8 @@ def test_both_saddle_systems_give_the_same_newton_step(degree, refine):
     condensed, saddle = Condensed.of(program), Saddle.of(program, lambda: evaluator.jacobian(program.x0))
     assert condensed is not None
     steps = []
-    for system in (condensed, saddle):
+    systems: tuple[Any, ...] = (condensed, saddle)
+    for system in systems:
         gradient, flat = evaluator.second_order(program.x0, system.pattern, theta=0.0)
         flat[system.diagonal] += 1e-6
         factor = system.factorise(flat)

@@ -1,3 +1,5 @@
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -24,7 +26,9 @@ def test_solvers_agree_on_minimiser_and_multipliers(objective):
     comparison = sm.compare(program, [s for s in SOLVERS if s != sm.Elimination(stages="degree")])
     for solution in comparison.solutions:
         solution.require(1e-8)
-        minimiser, multipliers = comparison.agreement(solution)
+        agreement = comparison.agreement(solution)
+        assert agreement is not None
+        minimiser, multipliers = agreement
         assert minimiser < 1e-6
         assert multipliers < 1e-6
         keyframes = solution.multipliers["keyframes"]
@@ -77,8 +81,10 @@ def test_log_and_seconds_tell_what_happened():
     assert all(row.violation < 1e-12 for row in solution.log)
     assert {row.inertia for row in solution.log} <= {None, "positive", "indefinite"}
     s = solution.seconds
-    assert 0 < s.evaluate + s.linear <= s.solve
-    assert s.total == pytest.approx(s.build + s.compile + s.solve)
+    parts: tuple[Any, ...] = (s.build, s.compile, s.solve, s.evaluate, s.linear)
+    build, compiling, solve, evaluate, linear = parts
+    assert 0 < evaluate + linear <= solve
+    assert s.total == pytest.approx(build + compiling + solve)
 
 
 def test_a_solve_can_start_from_another_solution_or_motion():

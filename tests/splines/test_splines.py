@@ -13,7 +13,8 @@ def clamped(degree, count=7):
 
 
 def inside(basis, count=200):
-    return np.linspace(*basis.domain, count)
+    a, b = basis.domain
+    return np.linspace(a, b, count)
 
 
 @pytest.mark.parametrize("degree", range(8))

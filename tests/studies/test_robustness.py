@@ -1,4 +1,4 @@
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -58,5 +58,5 @@ def test_robustness_study(monkeypatch):
     assert rows["all", "newton"]["best known"] >= rows["all", "ipopt"]["best known"]
     assert rows["all", "elimination"]["certified"] < 50
     assert len(result.runs) == 60
-    assert sum(minima.rows[-1][2:6]) == 20
+    assert sum(cast(Any, minima.rows[-1][2:6])) == 20
     assert [f.name for f in result.figures] == ["profile", "shares"]

@@ -29,7 +29,8 @@ def circle(points: int = 24, radius: float = 1.0, height: float = 0.0) -> Spline
 def test_a_sweep_surface_is_its_motion_applied_to_its_profile(profile, order):
     motion = wild(3)
     surface = sweep_surface(motion, profile)
-    u = np.linspace(*profile.domain, 9)[:, None]
+    a, b = profile.domain
+    u = np.linspace(a, b, 9)[:, None]
     t = np.linspace(0, 1, 13)
     linear, translation = motion(t, order[1])
     expected = np.einsum("tij,uj->uti", linear, profile(u[:, 0], order[0]))

@@ -1,6 +1,7 @@
 """Swept volumes: closed forms, theorems about winding numbers, and what bad input gets."""
 
 from functools import cache
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -184,7 +185,7 @@ def test_growing_shrinking_and_both():
         swept = swept_volume(MovingEllipsoid(scaling(*sizes)), slices=20, divisions=16)
         assert len(swept.without_curve) == (21 if len(sizes) == 2 else 20)
         assert swept.mesh.closed
-        factor = {(2, 0, 2): 15}.get(sizes, volume)  # from 2 to 1 and back to 2: all beyond 1 is visited twice
+        factor = 15 if sizes == (2, 0, 2) else volume  # from 2 to 1 and back to 2: all beyond 1 is visited twice
         assert swept.volume == pytest.approx(factor * n, rel=5e-3)
         assert swept.union.value == pytest.approx(volume * n, rel=0.01)
 
@@ -220,7 +221,7 @@ def test_units_of_length_and_time_and_the_origin_do_not_matter(scale, far, span)
     motion, (a, b) = wild(2), span
     basis = BSplineBasis(a + (b - a) * motion.basis.knots, 3)
     other = AffineMotion(basis, scale * motion.linear, far + scale * motion.translation)
-    sizes = {"slices": 12, "divisions": 5, "samples": 2**10}
+    sizes: dict[str, Any] = {"slices": 12, "divisions": 5, "samples": 2**10}
     one, same = (swept_volume(MovingEllipsoid(m, [1, 0.6, 0.8]), **sizes) for m in (motion, other))
     assert same.mesh.closed
     assert same.volume == pytest.approx(scale**3 * one.volume, rel=1e-6)
@@ -241,11 +242,11 @@ UP = sliding(np.eye(3), [0, 0, 1.0])
     ("make", "message"),
     [
         (lambda: MovingEllipsoid(planar), "an ellipsoid moves in space"),
-        (lambda: MovingEllipsoid(Circle(1.0).__call__), "a method: an ellipsoid moves in space"),  # type: ignore
+        (lambda: MovingEllipsoid(cast(Any, Circle(1.0).__call__)), "a method: an ellipsoid moves in space"),
         (
-            lambda: MovingEllipsoid(interpolate_quaternions([0, 1], np.eye(4)[[0, 0]])),
+            lambda: MovingEllipsoid(cast(Any, interpolate_quaternions([0, 1], np.eye(4)[[0, 0]]))),
             "a QuaternionMotion: an ellipsoid",
-        ),  # type: ignore
+        ),
         (lambda: MovingEllipsoid(UP, [1, 2]), r"a radius, semi-axes \(3,\)"),
         (lambda: MovingEllipsoid(UP, [1, 2, -1]), "positive ones are needed"),
         (lambda: MovingEllipsoid(UP, [1, 2, np.nan]), "positive ones are needed"),

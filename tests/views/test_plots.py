@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any, cast
 
 import matplotlib
 import numpy as np
@@ -28,6 +29,7 @@ BOX = np.array([[0.0, 0.0], [0.5, 0.0], [0.5, 0.25], [0.0, 0.25]])
 
 @pytest.fixture(autouse=True)
 def closed():
+    plt.close("all")
     yield
     plt.close("all")
 
@@ -117,7 +119,7 @@ def test_refuses_what_are_no_ordinary_axes(make, axes):
         make().plot(axes)
 
 
-def polygons(axes):
+def polygons(axes) -> list[np.ndarray]:
     return [path.vertices[:-1] for collection in axes.collections for path in collection.get_paths()]
 
 
@@ -126,7 +128,7 @@ def test_a_planar_body_is_where_the_motion_takes_it():
     axes = motion.plot(body=BOX, times=5)
     for t, drawn in zip(np.linspace(*motion.domain, 5), polygons(axes), strict=True):
         np.testing.assert_allclose(drawn, motion.trajectory(BOX, t), atol=1e-12)
-    path = axes.lines[0].get_xydata()
+    path = np.asarray(axes.lines[0].get_xydata())
     np.testing.assert_allclose(path[[0, -1]], PLANAR.translation[[0, -1]], atol=1e-12)
     assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_aspect()) == ("x", "y", 1.0)
 
@@ -142,7 +144,7 @@ def test_several_outlines_and_chosen_times():
 
 def test_space_is_seen_in_parallel_with_upright_z():
     motion = sm.component_cubic(SPATIAL)
-    path = motion.plot(body=np.eye(3)).lines[0].get_xydata()
+    path = np.asarray(motion.plot(body=np.eye(3)).lines[0].get_xydata())
     places = motion(np.linspace(0, 1, len(path))).translation
     view, *_ = np.linalg.lstsq(places, path, rcond=None)
     np.testing.assert_allclose(places @ view, path, atol=1e-10)
@@ -284,7 +286,7 @@ def test_body_rates_over_time():
 
 def test_rates_of_slerps_jump_upright_and_are_constant_between():
     axes = sm.slerp_curve(TIMES, TURNS).plot()
-    t, size = axes.lines[3].get_data()
+    t, size = map(np.asarray, axes.lines[3].get_data())
     steps = (TURNS[:-1].inv() * TURNS[1:]).magnitude()
     for k, step in enumerate(steps):
         np.testing.assert_allclose(size[(t >= k) & (t < k + 1)], step, rtol=1e-6)
@@ -292,20 +294,21 @@ def test_rates_of_slerps_jump_upright_and_are_constant_between():
 
 def test_unit_vectors_stay_on_the_sphere():
     axes = orientation().plot(kind="sphere")
-    outline, *rest = (line.get_xydata() for line in axes.lines)
+    outline, *rest = (np.asarray(line.get_xydata()) for line in axes.lines)
     np.testing.assert_allclose(np.linalg.norm(outline, axis=1), 1.0)
     reached = np.concatenate([r for r in rest if len(r)])
     assert np.nanmax(np.linalg.norm(reached, axis=1)) <= 1 + 1e-12
     with pytest.raises(sm.InputError, match="kind 'globe' is unknown; there are rate, sphere"):
-        orientation().plot(kind="globe")
+        orientation().plot(kind=cast(Any, "globe"))
 
 
 def test_a_surface_is_seen_by_its_parameter_lines(spatial_net):
     point = np.array([0.3, -0.2, 0.1])
     axes = spatial_net.plot(point=point)
     along_u = np.array([path.vertices for path in axes.collections[0].get_paths()])
-    edge = spatial_net.boundary("v0").trajectory(point, np.linspace(*spatial_net.domain[0], along_u.shape[1]))
-    far = spatial_net.boundary("v1").trajectory(point, np.linspace(*spatial_net.domain[0], along_u.shape[1]))
+    u = np.linspace(*spatial_net.domain[0], num=along_u.shape[1])
+    edge = spatial_net.boundary("v0").trajectory(point, u)
+    far = spatial_net.boundary("v1").trajectory(point, u)
     places, drawn = np.concatenate([edge, far]), np.concatenate([along_u[0], along_u[-1]])
     view, *_ = np.linalg.lstsq(places, drawn, rcond=None)
     np.testing.assert_allclose(places @ view, drawn, atol=1e-9)
@@ -416,7 +419,9 @@ def test_names_with_dollar_signs_are_no_formulas():
     solution = sm.ExactNewton().solve(sm.curve_program([condition]))
     axes = solution.plot(kind="multipliers")
     axes.figure.canvas.draw()
-    assert axes.get_legend().get_texts()[0].get_text() == "cost in $ and $^$"
+    legend = axes.get_legend()
+    assert legend is not None
+    assert legend.get_texts()[0].get_text() == "cost in $ and $^$"
 
 
 def test_fairing_over_the_steps_and_at_the_knots(faired):
@@ -432,7 +437,7 @@ def test_fairing_over_the_steps_and_at_the_knots(faired):
 @pytest.mark.parametrize("options", [{"method": "least-squares"}, {"method": "bounded", "tolerance": 0.05}])
 def test_fairing_methods_that_solve_at_once_have_a_picture_too(net, options):
     result = sm.fair(net, **options)
-    assert len(result.plot().lines[0].get_ydata()) == len(result.history)
+    assert len(np.asarray(result.plot().lines[0].get_ydata())) == len(result.history)
 
 
 def test_fairing_of_a_curve_at_its_knots(net):
@@ -470,7 +475,7 @@ def test_the_pictures_in_the_readme_are_those_of_the_command():
         # Texts and ticks may move by a release of matplotlib; what is drawn may not change.
         assert outline(stored) == outline(svg)
         assert "currentColor" not in svg and svg.count("fill: #ffffff") >= 1
-        box = [ET.fromstring(text).get("viewBox").split() for text in (stored, svg)]
+        box = [ET.fromstring(text).attrib["viewBox"].split() for text in (stored, svg)]
         np.testing.assert_allclose(np.array(box[0], dtype=float), np.array(box[1], dtype=float), atol=15)
     assert all(run.certified for run in result.runs)
     assert "number 1 is the most expensive, ‖λ‖ = 32.3" in result.conclusion

@@ -1,6 +1,7 @@
 """Films of motions: GIFs opened by Pillow, whose body is where the motion has it, and what bad requests get."""
 
 import shutil
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ FACES = np.array([[a, b, c] for a in (0, 1) for b in (2, 3) for c in (4, 5)])
 def frames(path):
     """Each frame as (H, W, 3), and how long it is shown in ms."""
     with Image.open(path) as film:
-        for k in range(film.n_frames):
+        for k in range(cast(Any, film).n_frames):
             film.seek(k)
             yield np.asarray(film.convert("RGB")).astype(float), film.info["duration"]
 
@@ -37,7 +38,7 @@ def test_the_body_is_where_the_motion_has_it(tmp_path, motion, body):
     for image in shown:
         coloured = np.ptp(image, axis=2) > 60  # the path is grey, the ground white
         centres.append(np.argwhere(coloured).mean(axis=0)[::-1])
-    times = np.linspace(*motion.domain, len(shown))
+    times = np.linspace(*motion.domain, num=len(shown))
     places = motion(times).translation
     places = places if motion.dimension == 2 else places @ VIEW[:, :2]
     # One scale and one shift take the places to the pixels, whose rows count downwards.
@@ -79,7 +80,7 @@ def test_mp4_where_ffmpeg_is(tmp_path):
 def test_a_broken_ffmpeg_leaves_no_file(tmp_path, monkeypatch):
     tools = tmp_path / "tools"
     tools.mkdir()
-    shutil.copy(shutil.which("false"), tools / "ffmpeg")
+    shutil.copy(shutil.which("false") or "", tools / "ffmpeg")
     monkeypatch.setenv("PATH", str(tools))
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: True))
     with pytest.raises(InputError, match=r"m\.mp4: "):
