@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from symmotion.program import Block, Program
-from symmotion.solvers.solution import start_vector
-from symmotion.solvers.sqp import multipliers_of
+from symmotion.solvers.solver import start_multipliers, start_vector
 
 
 def fingerprint(program: Program, solver: Any, start: Any = None) -> str:
@@ -53,7 +52,7 @@ def _parts(program: Program, solver: Any, start: Any) -> Iterator[str | np.ndarr
         yield constraint.upper
     if start is not None:
         yield start_vector(program, start)
-        multipliers = multipliers_of(start, program)
+        multipliers = start_multipliers(start, program)
         if multipliers is not None:
             yield multipliers
 

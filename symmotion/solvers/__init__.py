@@ -1,21 +1,33 @@
-"""Solvers for programs, and their comparison."""
+"""Solvers for programs, their comparison, and the pieces of which a solver of one's own is made."""
 
 from symmotion.solvers.comparison import Comparison, compare, solver_by_name
 from symmotion.solvers.elimination import Elimination
 from symmotion.solvers.ipopt import Ipopt
+from symmotion.solvers.journal import Callback, Failure, Journal, require_limits
 from symmotion.solvers.newton import ExactNewton
-from symmotion.solvers.solution import Iteration, Seconds, Solution, Status, conclude
+from symmotion.solvers.plain import PlainIpopt
+from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
+from symmotion.solvers.solver import Solver, conclude, require_equalities, start_multipliers, start_vector
 
 __all__ = [
+    "Callback",
     "Comparison",
     "Elimination",
     "ExactNewton",
+    "Failure",
     "Ipopt",
     "Iteration",
+    "Journal",
+    "PlainIpopt",
     "Seconds",
     "Solution",
+    "Solver",
     "Status",
     "compare",
     "conclude",
+    "require_equalities",
+    "require_limits",
     "solver_by_name",
+    "start_multipliers",
+    "start_vector",
 ]

@@ -1,27 +1,30 @@
 """Several solvers on one program, side by side."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symmotion.checks import choice
 from symmotion.errors import InputError
 from symmotion.program import Program
 from symmotion.solvers.elimination import Elimination
 from symmotion.solvers.ipopt import Ipopt
 from symmotion.solvers.newton import ExactNewton
-from symmotion.solvers.solution import Seconds, Solution, Status, conclude
+from symmotion.solvers.plain import PlainIpopt
+from symmotion.solvers.solution import Solution, Status
+from symmotion.solvers.solver import Solver, conclude, require_solver
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # Short names of solvers, as reports and the command line use them.
-BY_NAME = {
+BY_NAME: dict[str, Solver] = {
     "newton": ExactNewton(),
     "newton-sparse": ExactNewton(system="sparse"),
     "ipopt": Ipopt(),
-    "ipopt-plain": Ipopt(derivatives="plain"),
+    "ipopt-plain": PlainIpopt(),
     "elimination": Elimination(),
     "elimination-staged": Elimination(stages="knots"),
 }
@@ -64,7 +67,7 @@ class Comparison:
 
         return comparison_html(self)
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         head = ("solver", "status", "objective", "stationarity", "violation", "inertia", "iterations")
         head += ("order", "seconds", "Δ minimiser", "Δ multipliers")
         rows: list[tuple[str, ...]] = [head]
@@ -89,7 +92,7 @@ class Comparison:
         return "\n".join(lines + [f"{s.method}: {s.message}" for s in self.solutions if s.message])
 
 
-def compare(program: Program, solvers: Sequence[Any] | None = None, start: Any = None) -> Comparison:
+def compare(program: Program, solvers: Sequence[Solver] | None = None, start: object = None) -> Comparison:
     """Run solvers one after the other on a program from the same start.
 
     solvers: ExactNewton(), Ipopt() and Elimination() when left out. One that cannot take the
@@ -97,8 +100,10 @@ def compare(program: Program, solvers: Sequence[Any] | None = None, start: Any =
     """
     if solvers is None:
         solvers = (ExactNewton(), Ipopt(), Elimination())
+    if not isinstance(solvers, Iterable):
+        raise InputError(f"solvers {solvers!r}: a sequence is needed, such as [ExactNewton(), Ipopt()]")
     solutions = []
-    for solver in solvers:
+    for solver in [require_solver(s, "tolerance") for s in solvers]:
         try:
             solutions.append(solver.solve(program, start))
         except InputError as error:
@@ -106,17 +111,15 @@ def compare(program: Program, solvers: Sequence[Any] | None = None, start: Any =
     return Comparison(program, tuple(solutions))
 
 
-def solver_by_name(name: str) -> Any:
+def solver_by_name(name: str) -> Solver:
     """The solver of a short name such as "newton"; InputError says which exist."""
-    if name not in BY_NAME:
-        raise InputError(f"solver {name!r} is unknown; there are {', '.join(BY_NAME)}")
-    return BY_NAME[name]
+    return BY_NAME[choice(name, BY_NAME, "solver")]
 
 
-def _unsupported(program: Program, solver: Any, reason: str) -> Solution:
-    method = next((name for name, known in BY_NAME.items() if known == solver), type(solver).__name__.lower())
+def _unsupported(program: Program, solver: Solver, reason: str) -> Solution:
+    method = next((name for name, known in BY_NAME.items() if known == solver), "")
     nothing = np.full(program.unknowns, np.nan), np.full(program.conditions, np.nan)
-    return conclude(program, solver, method, *nothing, [], Seconds(), (Status.UNSUPPORTED, reason))
+    return conclude(program, solver, *nothing, method=method, failure=(Status.UNSUPPORTED, reason))
 
 
 def _relative(a: np.ndarray, b: np.ndarray) -> float:

@@ -1,17 +1,20 @@
 """Newton's method on (x, λ) with the exact Hessian, made to descend."""
 
-from dataclasses import dataclass, replace
-from time import perf_counter
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 
+from symmotion.checks import choice
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import Evaluator, Program
-from symmotion.solvers.solution import Iteration, Seconds, Solution, Status, conclude, require_equalities, start_vector
-from symmotion.solvers.sqp import GROW, LEAST, CurvedRun, multipliers_of
-from symmotion.systems import Condensed, Saddle, gradient_scale, system_of
+from symmotion.solvers.descent import LEAST, Point, descend, largest, shifted, tenfold
+from symmotion.solvers.journal import Callback, Failure, Journal, require_kernels, require_limits
+from symmotion.solvers.solution import Iteration, Solution
+from symmotion.solvers.solver import conclude, require_equalities, start_multipliers, start_vector
+from symmotion.solvers.sqp import Curved
+from symmotion.systems import AnySystem, Condensed, Saddle, gradient_scale, system_of
 
 # A Gauss–Newton matrix may be only semidefinite (motions that stay rigid to first order cost nothing):
 # the first multiple of the identity tried then, relative to the diagonal.
@@ -38,7 +41,7 @@ class ExactNewton:
     descend, often ends elsewhere: the lower minimum of the two is returned, and the log holds
     the other descent before its own. Not so from a start of the caller's own.
 
-    Nonlinear equalities are linearised at every iterate (SQP, see `sqp.CurvedRun`): M is the blend
+    Nonlinear equalities are linearised at every iterate (SQP, see `sqp.Curved`): M is the blend
     with the Hessian of the Lagrangian, and the merit function is f + μ ‖g‖₁.
 
     tolerance: on stationarity relative to `gradient_scale`. max_iterations: of a descent.
@@ -49,6 +52,8 @@ class ExactNewton:
         for long programs, and from the second of a series of solves on, each started from the one
         before. threads: that a long program may use, as many as processors, four at most, when left
         out. Neither changes a bit of the result.
+    time_limit: wall-clock seconds for a solve, looked at before every step; None for no limit.
+    callback: called with every `Iteration` of the log; where it returns True the solve stops.
     """
 
     tolerance: float = 1e-8
@@ -56,58 +61,79 @@ class ExactNewton:
     system: Literal["auto", "condensed", "sparse"] = "auto"
     kernels: Kernels = "auto"
     threads: int | None = None
+    time_limit: float | None = None
+    callback: Callback | None = field(default=None, repr=False, compare=False)
 
-    def solve(self, program: Program, start: Any = None) -> Solution:
+    def __post_init__(self):
+        require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
+        choice(self.system, ("auto", "condensed", "sparse"), "system")
+        require_kernels(self.kernels, self.threads)
+
+    def solve(self, program: Program, start: object = None) -> Solution:
         """Solve a program with equalities; start: None, a Solution, a motion, or (unknowns,) numbers."""
         require_equalities(program, "ExactNewton", curved=True)
-        began = perf_counter()
+        journal = Journal(self.max_iterations, self.time_limit, self.callback)
         x = start_vector(program, start)
-        if not program.linear:
-            return self._solve_curved(program, x, start, began)
-        evaluator = self._evaluator(program, start)
-        evaluator.prepare("value", "gradient", "hessian", "line")
-        system = self._system(program, evaluator, x)
-        compiled = perf_counter()
-        evaluator.seconds = 0.0
-        x = system.feasible(x, evaluator.violation(x))
-        run = _Run(self, evaluator, system)
-        # A start of the caller's own is taken for close to the minimum, where the exact Hessian serves.
-        failure = run.iterate(x, LEAST if start is None else 1.0)
-        linear, log = run.linear, run.log
-        if start is None and run.fell_back:
-            other = _Run(self, evaluator, system, blend=False)
-            other_failure = other.iterate(x, 1.0)
-            linear, log = linear + other.linear, other.log + run.log
-            if other_failure is None and (failure is not None or other.log[-1].objective < run.log[-1].objective):
-                run, failure, log = other, other_failure, run.log + other.log
-        seconds = Seconds(program.build_seconds, compiled - began, perf_counter() - compiled, evaluator.seconds, linear)
-        method = "newton-sparse" if self.system == "sparse" else "newton"
-        return conclude(program, self, method, run.x, run.multipliers, log, seconds, failure, evaluator)
-
-    def _solve_curved(self, program: Program, x: np.ndarray, start: Any, began: float) -> Solution:
-        if self.system == "condensed":
-            raise InputError('the conditions of this program are nonlinear: use system="sparse"')
-        evaluator = self._evaluator(program, start)
-        evaluator.prepare("value", "gradient", "hessian")
-        saddle = Saddle(program, evaluator.jacobian(x))
-        compiled = perf_counter()
-        evaluator.seconds = 0.0
-        multipliers = multipliers_of(start, program)
-        if multipliers is None:
-            multipliers = saddle.multipliers(evaluator.gradient(x))
-        run = CurvedRun(self.tolerance, self.max_iterations, evaluator, saddle)
-        failure = run.iterate(x, multipliers)
-        seconds = Seconds(
-            program.build_seconds, compiled - began, perf_counter() - compiled, evaluator.seconds, run.linear
-        )
-        return conclude(program, self, "newton", run.x, run.multipliers, run.log, seconds, failure, evaluator)
-
-    def _evaluator(self, program: Program, start: Any) -> Evaluator:
         # One of a series, such as the edits of a keyframe: the compiler is repaid.
         repeated = self.kernels == "auto" and isinstance(start, Solution)
-        return Evaluator(program, "compiled" if repeated else self.kernels, self.threads)
+        evaluator = Evaluator(program, "compiled" if repeated else self.kernels, self.threads)
+        along = self._straight if program.linear else self._curved
+        x, multipliers, failure = along(evaluator, x, start, journal)
+        journal.solved()
+        return conclude(
+            program,
+            self,
+            x,
+            multipliers,
+            method="newton-sparse" if self.system == "sparse" and program.linear else "newton",
+            log=journal.log,
+            seconds=journal.seconds(program, evaluator.seconds),
+            failure=failure,
+            evaluator=evaluator,
+        )
 
-    def _system(self, program: Program, evaluator: Evaluator, x: np.ndarray) -> Condensed | Saddle:
+    def _straight(
+        self, evaluator: Evaluator, x: np.ndarray, start: object, journal: Journal
+    ) -> tuple[np.ndarray, np.ndarray, Failure | None]:
+        """Where the lower of one or two descents along linear conditions ended, the multipliers, and what failed."""
+        evaluator.prepare("value", "gradient", "hessian", "line")
+        system = self._system(evaluator, x)
+        journal.compiled()
+        evaluator.seconds = 0.0
+        x = system.feasible(x, evaluator.violation(x))
+        first = Straight(self.tolerance, evaluator, system, journal, x, blend=True)
+        # A start of the caller's own is taken for close to the minimum, where the exact Hessian serves.
+        failure, fell_back = descend(first, LEAST if start is None else 1.0)
+        if start is not None or not fell_back or journal.stopped:
+            return first.x, first.multipliers, failure
+        log, journal.log = journal.log, []
+        second = Straight(self.tolerance, evaluator, system, journal, x, blend=False)
+        other, _ = descend(second, 1.0)
+        if other is None and (failure is not None or journal.log[-1].objective < log[-1].objective):
+            journal.log = log + journal.log
+            return second.x, second.multipliers, None
+        journal.log = journal.log + log
+        return first.x, first.multipliers, failure
+
+    def _curved(
+        self, evaluator: Evaluator, x: np.ndarray, start: object, journal: Journal
+    ) -> tuple[np.ndarray, np.ndarray, Failure | None]:
+        """Where the descent along nonlinear conditions ended, the multipliers there, and what failed."""
+        if self.system == "condensed":
+            raise InputError('the conditions of this program are nonlinear: use system="sparse"')
+        evaluator.prepare("value", "gradient", "hessian")
+        saddle = Saddle(evaluator.program, evaluator.jacobian(x))
+        journal.compiled()
+        evaluator.seconds = 0.0
+        multipliers = start_multipliers(evaluator.program, start)
+        if multipliers is None:
+            multipliers = saddle.multipliers(evaluator.gradient(x))
+        course = Curved(self.tolerance, evaluator, saddle, journal, x, multipliers)
+        failure, _ = descend(course, 1.0)
+        return course.x, course.multipliers, failure
+
+    def _system(self, evaluator: Evaluator, x: np.ndarray) -> AnySystem:
+        program = evaluator.program
         if self.system == "auto":
             return system_of(program, evaluator, x)
         if self.system == "sparse":
@@ -118,109 +144,88 @@ class ExactNewton:
         return condensed
 
 
-class _Run:
-    """The state of one descent; blend: by θ and exact line searches, or else by multiples of the identity."""
+class Straight:
+    """The course of a descent along linear conditions, from a point x where they hold.
 
-    def __init__(self, options: ExactNewton, evaluator: Evaluator, system: Condensed | Saddle, blend: bool = True):
-        self.options, self.evaluator, self.system, self.blend = options, evaluator, system, blend
-        self.shift, self.fell_back = FIRST_SHIFT, False
-        self.x = self.multipliers = np.empty(0)
-        self.log: list[Iteration] = []
-        self.linear = 0.0
+    blend: by θ and exact line searches, or else by multiples of the identity and steps as long as they descend.
+    """
 
-    def iterate(self, x: np.ndarray, theta: float) -> tuple[Status, str] | None:
-        evaluator, system, options = self.evaluator, self.system, self.options
-        objective, idle = evaluator.objective(x), 0
+    strange = "the objective or a derivative is not finite"
+    idle = "steps no longer lower the objective"
+    corrects = False
+
+    def __init__(
+        self,
+        tolerance: float,
+        evaluator: Evaluator,
+        system: AnySystem,
+        journal: Journal,
+        x: np.ndarray,
+        blend: bool,
+    ):
+        self.evaluator, self.system, self.journal, self.blend = evaluator, system, journal, blend
+        self.x, self.multipliers = x, np.empty(0)
+        self._tolerance, self._shift = tolerance, FIRST_SHIFT
+        self._objective = evaluator.objective(x)
         # Steps along linear conditions leave it as it is up to rounding, which the certificate tells.
-        violation = float(np.abs(evaluator.violation(x)).max(initial=0.0))
-        while True:
-            evaluated, solved = evaluator.seconds, self.linear
-            gradient, matrix = evaluator.second_order(x, system.pattern, theta=theta)
-            self.x, self.multipliers = x, system.multipliers(gradient)
-            stationarity = float(np.abs(system.reduced(gradient)).max(initial=0.0))
-            row = Iteration(objective, stationarity, violation)
-            if not np.isfinite(objective) or not np.isfinite(matrix).all():
-                self.log.append(row)
-                return Status.DIVERGED, "the objective or a derivative is not finite"
-            converged = stationarity <= options.tolerance * gradient_scale(gradient, matrix[system.diagonal], x)
-            if converged and theta < 1.0:
-                theta = 1.0
-                _, matrix = evaluator.second_order(x, system.pattern)
-            factor = self._timed(system.factorise, matrix)
-            inertia = None if theta < 1.0 else "positive" if factor is not None else "indefinite"
-            if converged:
-                step = None if factor is not None else self._timed(system.negative_curvature, matrix)
-                if step is None:
-                    self.log.append(replace(row, inertia=inertia))
-                    if factor is not None:
-                        self._polish(x, self._timed(system.step, factor, gradient), stationarity)
-                    return None
-            else:
-                if factor is None and self.blend and theta > LEAST:
-                    theta, self.fell_back = LEAST, True
-                    _, matrix = evaluator.second_order(x, system.pattern, theta=theta)
-                    factor = self._timed(system.factorise, matrix)
-                if factor is None:
-                    factor = self._timed(self._shifted, matrix)
-                step = self._timed(system.step, factor, gradient)
-            if len(self.log) == options.max_iterations or idle > 3:
-                self.log.append(replace(row, inertia=inertia))
-                if idle > 3:
-                    return Status.STALLED, "steps no longer lower the objective"
-                return Status.ITERATION_LIMIT, f"{options.max_iterations} iterations"
-            length, value = self._length(x, step, objective, float(gradient @ step), exact=self.blend or converged)
-            seconds = {"evaluate": evaluator.seconds - evaluated, "linear": self.linear - solved}
-            self.log.append(replace(row, theta=theta, step=length, inertia=inertia, **seconds))
-            x = x + length * step
-            # Less than the rounding of the objective is no progress either.
-            idle = idle + 1 if value >= objective - ROUNDING * abs(objective) else 0
-            objective, theta = value, min(1.0, GROW * theta)
+        self._violation = largest(evaluator.violation(x))
 
-    def _polish(self, x: np.ndarray, step: np.ndarray, stationarity: float) -> None:
-        """One more step from a converged point: the factor is there, and it squares the error for one gradient."""
-        evaluator, system = self.evaluator, self.system
-        x = x + step
-        gradient = evaluator.gradient(x)
-        better = float(np.abs(system.reduced(gradient)).max(initial=0.0))
-        if better < stationarity:
-            self.x, self.multipliers = x, system.multipliers(gradient)
-            row = self.log[-1]
-            self.log[-1] = replace(row, theta=1.0, step=1.0)
-            self.log.append(replace(row, objective=evaluator.objective(x), stationarity=better, inertia="positive"))
+    def look(self, theta: float) -> Point:
+        gradient, matrix = self.evaluator.second_order(self.x, self.system.pattern, theta=theta)
+        self.multipliers = self.system.multipliers(gradient)
+        stationarity = largest(self.system.reduced(gradient))
+        finite = bool(np.isfinite(self._objective) and np.isfinite(matrix).all())
+        scale = gradient_scale(gradient, matrix[self.system.diagonal], self.x)
+        row = Iteration(self._objective, stationarity, self._violation)
+        return Point(row, gradient, matrix, finite, stationarity <= self._tolerance * scale)
 
-    def _timed(self, function: Any, *arguments: Any) -> Any:
-        began = perf_counter()
-        result = function(*arguments)
-        self.linear += perf_counter() - began
-        return result
+    def matrix(self, theta: float) -> np.ndarray:
+        return self.evaluator.second_order(self.x, self.system.pattern, theta=theta)[1]
 
-    def _shifted(self, matrix: np.ndarray) -> Any:
-        """The factor of the matrix plus the least multiple of the identity that makes it positive definite."""
-        diagonal = self.system.diagonal
+    def shifted(self, matrix: np.ndarray) -> Any:
         squares = all(b.kernel.squares for b in self.evaluator.program.terms)
-        scale = np.abs(matrix[diagonal]).max(initial=0.0) or 1.0
         # The second descent remembers what it needed last.
-        shift = self.shift if not self.blend else RIDGE if squares else LEAST
-        while True:
-            matrix[diagonal] += shift * scale
-            factor = self.system.factorise(matrix)
-            if factor is not None:
-                self.shift = max(shift / 3, RIDGE)
-                return factor
-            shift *= 10
+        first = self._shift if not self.blend else RIDGE if squares else LEAST
+        scale = largest(matrix[self.system.diagonal]) or 1.0
+        factor, shift = shifted(self.system, matrix, tenfold(first), scale, self.journal)
+        self._shift = max(shift / 3, RIDGE)
+        return factor
 
-    def _length(
-        self, x: np.ndarray, step: np.ndarray, objective: float, slope: float, exact: bool
-    ) -> tuple[float, float]:
+    def outward(self, point: Point) -> np.ndarray | None:
+        return self.journal.timed(self.system.negative_curvature, point.matrix)
+
+    def advance(self, point: Point, factor: Any, outward: np.ndarray | None) -> tuple[float, bool]:
+        step = self.journal.timed(self.system.step, factor, point.gradient) if outward is None else outward
+        before, slope = self._objective, float(point.gradient @ step)
+        length, self._objective = self._length(step, slope, exact=self.blend or point.converged)
+        self.x = self.x + length * step
+        # Less than the rounding of the objective is no progress either.
+        return length, self._objective < before - ROUNDING * abs(before)
+
+    def rest(self, point: Point, factor: Any) -> None:
+        """One more step from a minimum: the factor is there, and it squares the error for one gradient."""
+        if factor is None:
+            return
+        x = self.x + self.journal.timed(self.system.step, factor, point.gradient)
+        gradient = self.evaluator.gradient(x)
+        better = largest(self.system.reduced(gradient))
+        if better < point.row.stationarity:
+            self.x, self.multipliers = x, self.system.multipliers(gradient)
+            row = self.journal.log.pop()
+            self.journal.log.append(replace(row, theta=1.0, step=1.0))
+            objective = self.evaluator.objective(x)
+            self.journal.add(replace(row, objective=objective, stationarity=better, inertia="positive"))
+
+    def _length(self, step: np.ndarray, slope: float, exact: bool) -> tuple[float, float]:
         """The length of a step and the objective there: the first minimum with `exact`, else the first of 1, ½, ¼, …"""
-        quartic = self.evaluator.line(x, step)
+        quartic, objective = self.evaluator.line(self.x, step), self._objective
         if quartic is not None and exact:
             length = first_minimum(quartic)
             return length, float(np.polyval(quartic[::-1], length))
         length = 1.0
         while True:
             if quartic is None:
-                value = self.evaluator.objective(x + length * step)
+                value = self.evaluator.objective(self.x + length * step)
             else:
                 value = float(np.polyval(quartic[::-1], length))
             # The last terms allow for rounding where the decrease is below it.

@@ -11,7 +11,7 @@ import numpy as np
 from symmotion.errors import InputError, SolveError
 from symmotion.program import Evaluator, Program
 from symmotion.program.state import made_of
-from symmotion.systems import Certificate, certify
+from symmotion.systems import Certificate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +22,8 @@ class Status(StrEnum):
 
     SOLVED = "solved"
     ITERATION_LIMIT = "iteration-limit"
+    TIME_LIMIT = "time-limit"
+    STOPPED = "stopped"
     STALLED = "stalled"
     DIVERGED = "diverged"
     FAILED = "failed"
@@ -176,69 +178,3 @@ class Solution:
             f"Solution({self.method}: {self.status}, objective {c.objective:.9g}, stationarity {c.stationarity:.1e}, "
             f"violation {c.violation:.1e}, inertia {c.inertia}, {self.iterations} iterations)"
         )
-
-
-def conclude(
-    program: Program,
-    solver: Any,
-    method: str,
-    x: np.ndarray,
-    multipliers: np.ndarray,
-    log: list[Iteration],
-    seconds: Seconds,
-    failure: tuple[Status, str] | None,
-    evaluator: Evaluator | None = None,
-) -> Solution:
-    """A Solution with its certificate, which decides whether it is SOLVED.
-
-    failure: what the solver says went wrong, None where it claims success.
-    """
-    certificate = certify(program, x, multipliers, evaluator)
-    holds = certificate.holds(solver.tolerance)
-    if failure is None and not holds:
-        failure = (Status.FAILED, "the solver reports success, the certificate does not agree")
-    status, message = failure or (Status.SOLVED, "")
-    if holds and program.equalities_only:
-        # With equalities alone the certificate is the whole of the first-order conditions, whatever stopped the solver.
-        status = Status.SOLVED
-    return Solution(
-        program,
-        repr(solver),
-        method,
-        status,
-        x,
-        multipliers,
-        certificate,
-        solver.tolerance,
-        tuple(log),
-        seconds,
-        message,
-    )
-
-
-def start_vector(program: Program, start: Any) -> np.ndarray:
-    """A start as a vector x: None for the program's own, a Solution, a motion, or (unknowns,) numbers."""
-    if start is None:
-        return program.x0
-    if isinstance(start, Solution):
-        if start.program.structure is program.structure:
-            # Keyframes that moved carry the start value along; the solution follows it.
-            return start.x + (program.x0 - start.program.x0)
-        start = start.motion
-    if isinstance(start, np.ndarray):
-        if start.shape != (program.unknowns,) or not np.isfinite(start).all():
-            raise InputError(f"start of shape {start.shape}: finite, ({program.unknowns},) is needed")
-        return start.astype(float)
-    return program.pack(program.design.unknowns(start))
-
-
-def require_equalities(program: Program, solver: str, curved: bool = False) -> None:
-    """Raise InputError that names the first constraint that a solver for (linear) equalities cannot take.
-
-    curved: whether it takes nonlinear equalities.
-    """
-    for c in program.constraints:
-        if not c.is_equality or not (curved or c.block.kernel.linear):
-            nature = "an inequality" if not c.is_equality else "nonlinear"
-            taken = "equalities" if curved else "linear equalities"
-            raise InputError(f"{solver} takes {taken} only and {c.name!r} is {nature}; Ipopt() takes it")

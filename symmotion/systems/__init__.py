@@ -3,12 +3,15 @@
 from symmotion.systems.certificate import Certificate, certify, gradient_scale, system_of
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.saddle import HessianTriangle, Saddle, kkt_pattern
+from symmotion.systems.system import AnySystem, System
 
 __all__ = [
+    "AnySystem",
     "Certificate",
     "Condensed",
     "HessianTriangle",
     "Saddle",
+    "System",
     "certify",
     "gradient_scale",
     "kkt_pattern",

@@ -9,6 +9,7 @@ from symmotion.program.evaluate import Evaluator
 from symmotion.program.program import Program
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.saddle import HessianTriangle, Saddle
+from symmotion.systems.system import AnySystem
 
 # Multipliers and distances from a bound below this, relative, count as none: IPOPT's are never exactly zero.
 WEAK = 1e-6
@@ -54,7 +55,7 @@ def gradient_scale(gradient: np.ndarray, diagonal: np.ndarray, x: np.ndarray) ->
     return max(float(np.abs(gradient).max(initial=0.0)), min(1.0, usual)) or 1.0
 
 
-def system_of(program: Program, evaluator: Evaluator, x: np.ndarray) -> Condensed | Saddle:
+def system_of(program: Program, evaluator: Evaluator, x: np.ndarray) -> AnySystem:
     """The saddle system that suits the structure of a program with linear equalities: condensed, else sparse."""
     return Condensed.of(program) or Saddle.of(program, lambda: evaluator.jacobian(x))
 
@@ -89,7 +90,7 @@ def _system_at(
     multipliers: np.ndarray,
     jacobian: sparse.csr_array,
     size: float,
-) -> Condensed | Saddle | None:
+) -> AnySystem | None:
     """The saddle system along which the Hessian has to be positive: of the equalities and the active bounds.
 
     A bound is active where its multiplier is larger than its distance. None where both are zero up
@@ -106,7 +107,7 @@ def _system_at(
     return Saddle(program, jacobian[np.flatnonzero(equal | (press > slack))])
 
 
-def _inertia(system: Condensed | Saddle, hessian: np.ndarray) -> str:
+def _inertia(system: AnySystem, hessian: np.ndarray) -> str:
     if not np.isfinite(hessian).all():
         return "unknown"
     if system.factorise(hessian) is not None:
@@ -115,6 +116,6 @@ def _inertia(system: Condensed | Saddle, hessian: np.ndarray) -> str:
     hessian[system.diagonal] += FLAT * np.abs(hessian[system.diagonal]).max(initial=0.0)
     if system.factorise(hessian) is not None:
         return "unknown"
-    # The sparse factorisation may fail for rounding alone; a direction of negative curvature is a proof.
-    proven = isinstance(system, Condensed) or system.negative_curvature(hessian) is not None
+    # Where a factorisation may fail for rounding alone, a direction of negative curvature is a proof.
+    proven = system.conclusive or system.negative_curvature(hessian) is not None
     return "indefinite" if proven else "unknown"

@@ -1,11 +1,9 @@
 """The condensed saddle system: conditions that decouple are carried by controls of their own."""
 
-from typing import Any
-
 import numpy as np
 import scipy.linalg as la
 from scipy import sparse
-from scipy.sparse.linalg import ArpackNoConvergence, eigsh
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from symmotion.errors import InputError
 from symmotion.program.block import LocalTables
@@ -47,6 +45,8 @@ class Condensed:
     knot per segment does that for cubics, HJK 4.3), Z is as local as the B-splines, the
     reduced Hessian ZᵀHZ is banded, and the multipliers follow from the pivots' rows.
     """
+
+    conclusive = True
 
     def __init__(self, program: Program, conditions: sparse.csr_array, pivots: np.ndarray, decoupled: bool):
         self.program = program
@@ -120,7 +120,7 @@ class Condensed:
         """Where the diagonal of the reduced Hessian lies in the flat array."""
         return slice(0, self.pattern.size, self.band + 1)
 
-    def factorise(self, flat: np.ndarray) -> "np.ndarray | None":
+    def factorise(self, flat: np.ndarray) -> np.ndarray | None:
         """The banded Cholesky factor of the reduced Hessian, or None where it is not positive definite."""
         if not self.size:
             return flat
@@ -148,7 +148,7 @@ class Condensed:
         return flat.reshape(-1, self.band + 1).T
 
 
-def lowest_curvature(matrix: Any, scale: float) -> np.ndarray | None:
+def lowest_curvature(matrix: sparse.csr_array | LinearOperator, scale: float) -> np.ndarray | None:
     """The eigenvector of the least eigenvalue of a symmetric operator, where that is clearly negative; else None."""
     size = matrix.shape[0]
     if size < 64:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
 from threading import get_ident
-from typing import Any
+from typing import Any, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -19,6 +19,9 @@ from symmotion.systems.condensed import lowest_curvature
 
 # The factorisation does not pivot: a zero in the lower block would stop it. Refinement removes its effect.
 DELTA = 1e-8
+
+# The saddle matrix as it is, and the regular one that was factorised.
+SaddleFactor: TypeAlias = tuple[sparse.csc_array, ca.DM]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +90,8 @@ def kkt_pattern(program: Program) -> sparse.csr_array:
 class Saddle:
     """Newton's saddle system in all unknowns and multipliers, factorised by CasADi's sparse LDLᵀ. One per thread."""
 
+    conclusive = False
+
     def __init__(self, program: Program, jacobian: sparse.csr_array):
         self.jacobian = jacobian
         self.n, self.m = program.unknowns, jacobian.shape[0]
@@ -109,10 +114,10 @@ class Saddle:
         self.diagonal = self._triangle.diagonal
         self.sparsity = ca.Sparsity(size, size, self._pointers.tolist(), self._rows.tolist())
         self._solver = ca.Linsol("saddle", "ldl", self.sparsity)
-        self._factored_normal: Any = None
+        self._factored_normal: Any = None  # a SuperLU: SciPy ships no types
 
     @property
-    def _normal(self) -> Any:
+    def _normal(self) -> Any:  # a SuperLU: SciPy ships no types
         """The factor of J Jᵀ, which projects onto the conditions; made when first needed, None without conditions."""
         if self._factored_normal is None and self.m:
             try:
@@ -156,7 +161,7 @@ class Saddle:
         size = self.n + self.m
         return sparse.csc_array((values[self._source], self._rows, self._pointers), shape=(size, size))
 
-    def factorise(self, flat: np.ndarray) -> "tuple[sparse.csc_array, ca.DM] | None":
+    def factorise(self, flat: np.ndarray) -> SaddleFactor | None:
         """The factorised saddle matrix, or None where the Hessian is not positive definite along the conditions."""
         # J H⁻¹ Jᵀ, beside which δ must be small, shrinks as H grows.
         delta = DELTA / (float(np.abs(flat[self.diagonal]).max(initial=0.0)) or 1.0)
@@ -168,11 +173,11 @@ class Saddle:
             return None
         return self.matrix(flat), regular
 
-    def step(self, factor: "tuple[sparse.csc_array, ca.DM]", gradient: np.ndarray) -> np.ndarray:
+    def step(self, factor: SaddleFactor, gradient: np.ndarray) -> np.ndarray:
         """(unknowns,) the Newton step along the conditions."""
         return self.solve(factor, np.concatenate([-gradient, np.zeros(self.m)]))[: self.n]
 
-    def solve(self, factor: "tuple[sparse.csc_array, ca.DM]", rhs: np.ndarray) -> np.ndarray:
+    def solve(self, factor: SaddleFactor, rhs: np.ndarray) -> np.ndarray:
         """(unknowns + conditions,) the solution of the saddle system, refined once."""
         exact, regular = factor
         solution = self._apply(regular, rhs)

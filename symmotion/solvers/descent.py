@@ -1,0 +1,164 @@
+"""What Newton's method does whether the conditions are straight or curved: blend, convexify, step, and see an end."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any, Protocol
+
+import numpy as np
+
+from symmotion.program import Evaluator
+from symmotion.solvers.journal import Failure, Journal
+from symmotion.solvers.solution import Iteration, Status
+from symmotion.systems import AnySystem
+
+# The share θ of the exact Hessian grows tenfold with every step and falls back to LEAST where the matrix
+# is not positive definite: the fewest evaluations of the schedules tried, along straight and curved conditions.
+LEAST, GROW = 1e-3, 10.0
+# Steps in a row without progress that are the end.
+IDLE = 3
+
+
+@dataclass
+class Point:
+    """What is seen from where a descent stands.
+
+    row: the log's, without the step; gradient: ∇f (unknowns,); matrix: M in the order of the system's pattern;
+    finite: whether all of it is; converged: whether the first-order conditions hold to the tolerance.
+    """
+
+    row: Iteration
+    gradient: np.ndarray
+    matrix: np.ndarray
+    finite: bool
+    converged: bool
+
+
+class Course(Protocol):
+    """What is descended, and where on it the descent stands: `newton.Straight` or `sqp.Curved`.
+
+    system: the saddle system at the point; strange, idle: what to say where numbers are not finite, and where
+    steps make no progress. blend: whether θ is lowered where the matrix is not positive definite.
+    corrects: whether a step along negative curvature needs a factor too.
+    """
+
+    evaluator: Evaluator
+    journal: Journal
+    strange: str
+    idle: str
+    blend: bool
+    corrects: bool
+
+    @property
+    def system(self) -> AnySystem: ...
+
+    def look(self, theta: float) -> Point:
+        """What is seen from here, M being the blend of share θ."""
+        ...
+
+    def matrix(self, theta: float) -> np.ndarray:
+        """M from here for another θ."""
+        ...
+
+    # Any: a factor is known to its own system only.
+    def shifted(self, matrix: np.ndarray) -> Any:
+        """The factor of the matrix plus a multiple of the identity, None where none makes it positive definite."""
+        ...
+
+    def outward(self, point: Point) -> np.ndarray | None:
+        """A direction of negative curvature at a stationary point, None where there is none."""
+        ...
+
+    def advance(self, point: Point, factor: Any, outward: np.ndarray | None) -> tuple[float, bool]:
+        """Go along the Newton step, or outward: the length of the step, and whether that was progress."""
+        ...
+
+    def rest(self, point: Point, factor: Any) -> None:
+        """What is left to do at a converged point; factor: None where M is not positive definite."""
+        ...
+
+
+def descend(course: Course, theta: float) -> tuple[Failure | None, bool]:
+    """Descend from where the course stands: None once converged, else how it ended; and whether θ ever fell back.
+
+    theta: the share of the exact Hessian in the first matrix. At the end it is 1.
+    """
+    evaluator, journal = course.evaluator, course.journal
+    idle, fell_back = 0, False
+    while True:
+        evaluated, linear = evaluator.seconds, journal.linear
+        point = course.look(theta)
+        if not point.finite:
+            journal.add(point.row)
+            return (Status.DIVERGED, course.strange), fell_back
+        if point.converged and theta < 1.0:
+            theta, point.matrix = 1.0, course.matrix(1.0)
+        factor = journal.timed(course.system.factorise, point.matrix)
+        inertia = None if theta < 1.0 else "positive" if factor is not None else "indefinite"
+        row = replace(point.row, inertia=inertia)
+        outward = course.outward(point) if point.converged and factor is None else None
+        if point.converged and outward is None:
+            journal.add(row)
+            course.rest(point, factor)
+            return None, fell_back
+        ending = None
+        if factor is None and (outward is None or course.corrects):
+            factor, theta, fell = _convexified(course, point, theta)
+            fell_back = fell_back or fell
+            if factor is None:
+                ending = Status.FAILED, "the saddle system is singular: conditions are redundant or contradict"
+        if idle > IDLE:
+            ending = ending or (Status.STALLED, course.idle)
+        ending = ending or journal.ending()
+        if ending is not None:
+            journal.add(row)
+            return ending, fell_back
+        length, progress = course.advance(point, factor, outward)
+        spent = {"evaluate": evaluator.seconds - evaluated, "linear": journal.linear - linear}
+        journal.add(replace(row, theta=theta, step=length, **spent))
+        idle = 0 if progress else idle + 1
+        theta = min(1.0, GROW * theta)
+
+
+def _convexified(course: Course, point: Point, theta: float) -> tuple[Any, float, bool]:
+    """The factor of a matrix that is positive definite along the conditions, its θ, and whether θ fell back to it."""
+    falls = course.blend and theta > LEAST
+    factor = None
+    if falls:
+        theta = LEAST
+        point.matrix = course.matrix(theta)
+        factor = course.journal.timed(course.system.factorise, point.matrix)
+    if factor is None:
+        factor = course.shifted(point.matrix)
+    return factor, theta, falls
+
+
+def shifted(
+    system: AnySystem, matrix: np.ndarray, shifts: Iterator[float], scale: float, journal: Journal
+) -> tuple[Any, float]:
+    """The factor of a matrix plus the first of growing multiples of the identity that make it positive definite.
+
+    shifts: what is added one after the other, times scale; the last one is returned beside the factor, which is
+    None where they are used up.
+    """
+    shift = 0.0
+    for shift in shifts:
+        matrix[system.diagonal] += shift * scale
+        factor = journal.timed(system.factorise, matrix)
+        if factor is not None:
+            return factor, shift
+    return None, shift
+
+
+def tenfold(first: float, most: float = inf) -> Iterator[float]:
+    """first, 10 first, 100 first, … while the sum of those before is `most` or less."""
+    whole = 0.0
+    while whole <= most:
+        yield first
+        whole += first
+        first *= 10
+
+
+def largest(values: np.ndarray) -> float:
+    """‖values‖∞, 0 of none."""
+    return float(np.abs(values).max(initial=0.0))

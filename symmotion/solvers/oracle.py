@@ -1,0 +1,149 @@
+"""An Evaluator's functions as CasADi's solvers call them, and what is raised in them, which CasADi would swallow."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import casadi as ca
+import numpy as np
+from scipy import sparse
+
+from symmotion.program import Evaluator
+from symmotion.solvers.journal import Journal
+from symmotion.solvers.solution import Iteration
+from symmotion.systems import HessianTriangle
+
+# The arrays of a function's inputs to those of its outputs.
+Compute: TypeAlias = Callable[..., tuple[Any, ...]]
+
+
+class Kept:
+    """The first exception raised in a solver's callbacks, Ctrl-C too: raised again once the solver has ended."""
+
+    def __init__(self):
+        self.error: BaseException | None = None
+
+    def raise_again(self) -> None:
+        """Raise what was kept, if anything was."""
+        if self.error is not None:
+            raise self.error
+
+
+class NumericFunction(ca.Callback):
+    """A NumPy function with fixed sparsity as a CasADi function of named inputs.
+
+    After an exception it returns NaN, without another call, which ends the solver.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        inputs: Sequence[tuple[str, int]],
+        outputs: Sequence[tuple[str, ca.Sparsity]],
+        compute: Compute,
+        kept: Kept,
+    ):
+        super().__init__()
+        self._inputs, self._outputs, self._compute, self._kept = inputs, outputs, compute, kept
+        self.construct(name, {})
+
+    def get_n_in(self) -> int:
+        return len(self._inputs)
+
+    def get_n_out(self) -> int:
+        return len(self._outputs)
+
+    def get_name_in(self, i: int) -> str:
+        return self._inputs[i][0]
+
+    def get_name_out(self, i: int) -> str:
+        return self._outputs[i][0]
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        return ca.Sparsity.dense(self._inputs[i][1], 1 if self._inputs[i][1] else 0)
+
+    def get_sparsity_out(self, i: int) -> ca.Sparsity:
+        return self._outputs[i][1]
+
+    def eval(self, arg: Sequence[ca.DM]) -> list[ca.DM]:
+        if self._kept.error is None:
+            try:
+                values = self._compute(*(np.asarray(a).ravel() for a in arg))
+                return [ca.DM(s, v) for (_, s), v in zip(self._outputs, values, strict=True)]
+            except BaseException as error:
+                self._kept.error = error
+        return [ca.DM(s, np.full(s.nnz(), np.nan)) for _, s in self._outputs]
+
+
+class Watcher(ca.Callback):
+    """What a solver of CasADi calls after every iteration: it tells the journal, and stops where that says so.
+
+    rows: the log so far, asked for at every iteration.
+    """
+
+    def __init__(self, unknowns: int, conditions: int, journal: Journal, kept: Kept):
+        super().__init__()
+        self._sizes = {"x": unknowns, "lam_x": unknowns, "f": 1, "g": conditions, "lam_g": conditions}
+        self._journal, self._kept = journal, kept
+        self.rows: Callable[[], list[Iteration]] = list
+        self.construct("watcher", {})
+
+    def get_n_in(self) -> int:
+        return ca.nlpsol_n_out()
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_name_in(self, i: int) -> str:
+        return ca.nlpsol_out(i)
+
+    def get_name_out(self, i: int) -> str:
+        return "ret"
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        size = self._sizes.get(ca.nlpsol_out(i), 0)
+        return ca.Sparsity.dense(size, 1 if size else 0)
+
+    def eval(self, arg: Sequence[ca.DM]) -> list[ca.DM]:
+        if self._kept.error is None:
+            try:
+                self._journal.add(self.rows()[-1])
+            except BaseException as error:
+                self._kept.error = error
+        return [ca.DM(self._journal.stopped or self._kept.error is not None)]
+
+
+def oracles(evaluator: Evaluator, kept: Kept) -> dict[str, NumericFunction]:
+    """The functions of an NLP that an Evaluator computes, as the options of `nlpsol` name them, "nlp" beside."""
+    program = evaluator.program
+    n, m = program.unknowns, program.conditions
+    jacobian = _by_columns(evaluator, program.x0)
+    columns = ca.Sparsity(m, n, jacobian.indptr.tolist(), jacobian.indices.tolist())
+    triangle = HessianTriangle.of(program)
+    dense = ca.Sparsity.dense
+    point = [("x", n), ("p", 0)]
+
+    def values(x: np.ndarray, _: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([evaluator.objective(x)]), evaluator.values(x)
+
+    def gradient(x: np.ndarray, _: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([evaluator.objective(x)]), evaluator.gradient(x)
+
+    def slopes(x: np.ndarray, _: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return evaluator.values(x), (jacobian if program.linear else _by_columns(evaluator, x)).data
+
+    def curvature(x: np.ndarray, _: np.ndarray, sigma: np.ndarray, lam: np.ndarray) -> tuple[np.ndarray]:
+        return (evaluator.second_order(x, triangle.pattern, lam, factor=float(sigma[0]))[1],)
+
+    hessian = [("triu_hess_gamma_x_x", triangle.sparsity(n))]
+    return {
+        "nlp": NumericFunction("nlp", point, [("f", dense(1, 1)), ("g", dense(m, 1))], values, kept),
+        "grad_f": NumericFunction("nlp_grad_f", point, [("f", dense(1, 1)), ("grad_f_x", dense(n, 1))], gradient, kept),
+        "jac_g": NumericFunction("nlp_jac_g", point, [("g", dense(m, 1)), ("jac_g_x", columns)], slopes, kept),
+        "hess_lag": NumericFunction("nlp_hess_l", [*point, ("lam_f", 1), ("lam_g", m)], hessian, curvature, kept),
+    }
+
+
+def _by_columns(evaluator: Evaluator, x: np.ndarray) -> sparse.csc_array:
+    jacobian = sparse.csc_array(evaluator.jacobian(x))
+    jacobian.sort_indices()
+    return jacobian

@@ -1,0 +1,106 @@
+"""IPOPT as a CasADi user would call it, to compare with: the program as one expression, written with `Opti`."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+
+from symmotion.program import Block, Evaluator, Program
+from symmotion.solvers.ipopt import (
+    CASADI,
+    SYMBOLIC,
+    IpoptAnswer,
+    IpoptOption,
+    concluded,
+    ipopt_settings,
+    watcher,
+    watching,
+)
+from symmotion.solvers.journal import Callback, Journal, require_limits
+from symmotion.solvers.oracle import Kept
+from symmotion.solvers.solution import Solution
+from symmotion.solvers.solver import start_vector
+
+
+@dataclass(frozen=True)
+class PlainIpopt:
+    """A comparator for Ipopt: the program written term by term with `Opti` and differentiated as a whole.
+
+    tolerance, max_iterations, time_limit, callback: as Ipopt's. One solve at a time, whatever the threads.
+    """
+
+    tolerance: float = 1e-8
+    max_iterations: int = 1000
+    time_limit: float | None = None
+    callback: Callback | None = field(default=None, repr=False, compare=False)
+
+    def __post_init__(self):
+        require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
+
+    def solve(self, program: Program, start: object = None) -> Solution:
+        """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
+        journal = Journal(self.max_iterations, self.time_limit, self.callback)
+        x0 = start_vector(program, start)
+        evaluator, kept = Evaluator(program), Kept()
+        settings = ipopt_settings(self, evaluator, x0, journal)
+        with SYMBOLIC:
+            problem = _Problem(program)
+            answer = problem.solve(x0, settings, journal, kept)
+            del problem  # while it is alone: it lets go of functions that others use
+        return concluded(self, program, "ipopt-plain", answer, journal, evaluator, kept)
+
+
+class _Problem:
+    """The program through `Opti`: one expression, a loop over the nodes, expanded, differentiated as a whole."""
+
+    def __init__(self, program: Program):
+        self._opti = opti = ca.Opti()
+        self._controls = {name: opti.variable(v.shape[1], v.shape[0]) for name, v in program.start.items()}
+        self._program = program
+        objective = ca.MX(0)
+        for block in program.terms:
+            value = block.kernel.function("value")
+            for node, z in self._nodes(block):
+                objective += block.weights[node] * value(z, block.data[node], 1)
+        opti.minimize(objective)
+        conditions = []
+        for constraint in program.constraints:
+            block = constraint.block
+            out = block.kernel.function("out")
+            for node, z in self._nodes(block):
+                expression = opti.bounded(constraint.lower[node], out(z, block.data[node], 0), constraint.upper[node])
+                if constraint.is_equality:
+                    expression = out(z, block.data[node], 0) == constraint.lower[node]
+                conditions.append(expression)
+        if conditions:  # Opti refuses an empty list
+            opti.subject_to(conditions)
+
+    def _nodes(self, block: Block) -> Iterator[tuple[int, ca.MX]]:
+        controls = self._controls[block.variable][block.channels, :]
+        rows, operator = block.kernel.rows, block.operator
+        for node in range(block.count):
+            parts = []
+            for row in range(node * rows, (node + 1) * rows):
+                entries = slice(operator.indptr[row], operator.indptr[row + 1])
+                columns = operator.indices[entries].tolist()
+                parts.append(controls[:, columns] @ ca.DM(operator.data[entries]))
+            yield node, ca.vertcat(*parts)
+
+    def solve(self, x0: np.ndarray, settings: dict[str, IpoptOption], journal: Journal, kept: Kept) -> IpoptAnswer:
+        """IPOPT's answer from a start."""
+        opti, program = self._opti, self._program
+        watch = watcher(program.unknowns, program.conditions, journal, kept)
+        options = {**CASADI, "expand": True} | ({} if watch is None else {"iteration_callback": watch})
+        opti.solver("ipopt", options, settings)
+        for name, value in program.unpack(x0).items():
+            opti.set_initial(self._controls[name], value.T)
+        with watching(watch, opti.stats):
+            try:
+                values = opti.solve()
+            except RuntimeError:
+                values = opti.debug
+        found = {name: np.asarray(values.value(c)).reshape(c.shape).T for name, c in self._controls.items()}
+        stats = opti.stats()
+        evaluate = sum(v for key, v in stats.items() if key.startswith("t_wall_nlp_"))
+        return IpoptAnswer(program.pack(found), np.asarray(values.value(opti.lam_g)).ravel(), stats, evaluate)

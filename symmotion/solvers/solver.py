@@ -1,0 +1,120 @@
+"""What a solver is, and what every solver begins and ends with."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from symmotion.checks import array
+from symmotion.errors import InputError
+from symmotion.program import Evaluator, Program
+from symmotion.solvers.journal import Failure
+from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
+from symmotion.systems import certify
+
+
+class Solver(Protocol):
+    """What solves programs. Its repr tells its options: it is the provenance of what it returns.
+
+    tolerance: on the certificate of a solution, see `Certificate.holds`.
+    """
+
+    @property
+    def tolerance(self) -> float: ...
+
+    @property
+    def max_iterations(self) -> int: ...
+
+    def solve(self, program: Program, start: object = None) -> Solution:
+        """The solution, whether it is solved or not; start: as `start_vector` takes it.
+
+        Raises InputError for a program that it does not take.
+        """
+        ...
+
+
+# Any: an object of the user's own, which may be no solver.
+def require_solver(value: Any, *names: str) -> Solver:
+    """The value; InputError unless it has a method solve, and attributes of these names."""
+    if isinstance(value, type):
+        raise InputError(f"solver {value.__name__} is a class: {value.__name__}() makes one")
+    if not callable(getattr(value, "solve", None)):
+        raise InputError(f"solver {value!r} has no method solve")
+    for name in names:
+        if not hasattr(value, name):
+            raise InputError(f"solver {value!r} has no {name}, which every solver has")
+    return value
+
+
+def start_vector(program: Program, start: object) -> np.ndarray:
+    """(unknowns,) a start as x: None for the program's own, a Solution, a motion, or (unknowns,) numbers."""
+    if start is None:
+        return program.x0
+    if isinstance(start, Solution):
+        if start.program.structure is program.structure:
+            # Keyframes that moved carry the start value along; the solution follows it.
+            return start.x + (program.x0 - start.program.x0)
+        start = start.motion
+    if isinstance(start, np.ndarray | Sequence):
+        return array(start, (program.unknowns,), "start")
+    return program.pack(program.design.unknowns(start))
+
+
+def start_multipliers(program: Program, start: object) -> np.ndarray | None:
+    """(conditions,) the multipliers that a start brings along: a solution of a program of the same structure."""
+    if isinstance(start, Solution) and start.program.structure is program.structure:
+        return start.multiplier_vector
+    return None
+
+
+def require_equalities(program: Program, solver: str, curved: bool = False) -> None:
+    """Raise InputError that names the first constraint that a solver for (linear) equalities cannot take.
+
+    curved: whether it takes nonlinear equalities.
+    """
+    for c in program.constraints:
+        if not c.is_equality or not (curved or c.block.kernel.linear):
+            nature = "an inequality" if not c.is_equality else "nonlinear"
+            taken = "equalities" if curved else "linear equalities"
+            raise InputError(f"{solver} takes {taken} only and {c.name!r} is {nature}; Ipopt() takes it")
+
+
+def conclude(
+    program: Program,
+    solver: Solver,
+    x: np.ndarray,
+    multipliers: np.ndarray,
+    *,
+    method: str = "",
+    log: Sequence[Iteration] = (),
+    seconds: Seconds | None = None,
+    failure: Failure | None = None,
+    evaluator: Evaluator | None = None,
+) -> Solution:
+    """A Solution with its certificate, which decides whether it is SOLVED.
+
+    x (unknowns,), multipliers (conditions,): where the solver ended, with L = f + λᵀg.
+    method: the solver's short name, of its class when left out; failure: what the solver says went wrong, None where
+    it claims success; evaluator: one of the program, if there is one.
+    """
+    certificate = certify(program, x, multipliers, evaluator)
+    holds = certificate.holds(solver.tolerance)
+    if failure is None and not holds:
+        failure = (Status.FAILED, "the solver reports success, the certificate does not agree")
+    status, message = failure or (Status.SOLVED, "")
+    if holds and program.equalities_only:
+        # With equalities alone the certificate is the whole of the first-order conditions, whatever stopped the solver.
+        status = Status.SOLVED
+    return Solution(
+        program,
+        repr(solver),
+        method or type(solver).__name__.lower(),
+        status,
+        x,
+        multipliers,
+        certificate,
+        solver.tolerance,
+        tuple(log),
+        seconds or Seconds(),
+        message,
+    )
