@@ -50,7 +50,7 @@ class Stubborn:
     refused: float = -1.0
     deadly: float = -1.0
 
-    def solve(self, program: sm.Program, start=None) -> sm.Solution:
+    def solve(self, program: sm.program.Program, start=None) -> sm.Solution:
         last = program.design.keyframes.times[-1]
         if last == self.refused:
             raise ValueError("not this one")
@@ -65,7 +65,7 @@ class Counting:
 
     path: str
 
-    def solve(self, program: sm.Program, start=None) -> sm.Solution:
+    def solve(self, program: sm.program.Program, start=None) -> sm.Solution:
         with open(self.path, "a") as file:
             file.write("solve\n")
         return sm.ExactNewton().solve(program, start)
@@ -75,7 +75,7 @@ def counts(path: Path) -> int:
     return len(path.read_text().splitlines()) if path.exists() else 0
 
 
-def lasting(duration: float, seed: int = 0) -> sm.Program:
+def lasting(duration: float, seed: int = 0) -> sm.program.Program:
     """A small program of its own total time."""
     keys = keyframes(seed)
     return sm.affine_program(sm.Keyframes(TIMES * duration, keys.linear, keys.translation))

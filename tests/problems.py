@@ -11,12 +11,12 @@ import symmotion as sm
 class Known:
     """A program, its minimum, and where that figure comes from."""
 
-    program: sm.Program
+    program: sm.program.Program
     minimum: float
     because: str
 
 
-def quarter_turn(degree: int) -> sm.Program:
+def quarter_turn(degree: int) -> sm.program.Program:
     keys = sm.Keyframes([0, 1], np.array([np.eye(2), [[0, -1], [1, 0]]]))
     return sm.affine_program(keys, degree=degree, refine=0, objective=sm.Rigidity(order=2))
 

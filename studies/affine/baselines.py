@@ -122,13 +122,13 @@ def _points(keys: sm.Keyframes) -> np.ndarray:
     return np.concatenate([np.eye(keys.dimension), -np.eye(keys.dimension)])
 
 
-def _objectives(keys: sm.Keyframes) -> dict[str, sm.Energy]:
+def _objectives(keys: sm.Keyframes) -> dict[str, sm.energies.Energy]:
     smooth = sm.Rigidity() + SMOOTHED * sm.TrajectoryEnergy(_points(keys))
     return {"R": sm.Rigidity(), "R*": sm.Rigidity(2), "R + 0.001 E": smooth}
 
 
 def _row(name: str, label: str, outcome: str, motion: Motion, keys: sm.Keyframes) -> Row:
-    def value(energy: sm.Energy) -> float:
+    def value(energy: sm.energies.Energy) -> float:
         if isinstance(motion, sm.AffineMotion):
             return sm.measure(motion, energy)
         return sm.measure(motion, energy, times=keys.times)

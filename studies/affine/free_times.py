@@ -94,7 +94,7 @@ def run(options: StudyOptions) -> StudyResult:
     return StudyResult((table,), figures, tuple(runs), _conclusion(cases), players=(moving,))
 
 
-def _solve(name: str, keys: sm.Keyframes, energy: sm.Energy, runs: list[Run]) -> Case:
+def _solve(name: str, keys: sm.Keyframes, energy: sm.energies.Energy, runs: list[Run]) -> Case:
     starts, fixed, free = {}, {}, {}
     for method in PARAMETRISATIONS:
         timed = keys.with_times(method)
@@ -102,7 +102,7 @@ def _solve(name: str, keys: sm.Keyframes, energy: sm.Energy, runs: list[Run]) ->
         program = free_times_program(timed, objective=energy)
         # The motion that is best for the start's times is the best start there is.
         optimal = sm.Ipopt().solve(program, start=given.motion)
-        if optimal.status != sm.Status.SOLVED:
+        if optimal.status != sm.solvers.Status.SOLVED:
             raise sm.SolveError(f"{name}, {energy.name}, free times from {method}: {optimal.message}")
         runs.append(Run.of(f"{name}, {energy.name}, {method} times", given))
         runs.append(Run.of(f"{name}, {energy.name}, free times from {method}", optimal))

@@ -25,7 +25,7 @@ def run(options: StudyOptions) -> StudyResult:
     program = sm.affine_program(keys, objective=OBJECTIVE)
     comparison = sm.compare(program, [sm.ExactNewton(), sm.Ipopt()])
     solution = comparison.solutions[0].require()
-    prices = sm.keyframe_prices(solution)
+    prices = sm.answers.keyframe_prices(solution)
     rows = tuple(
         (
             int(i),

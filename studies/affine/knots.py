@@ -26,7 +26,7 @@ def run(options: StudyOptions) -> StudyResult:
             runs.append(Run.of(f"{name}, uniform, {refine} per segment", solution))
             uniform.append((solution.program.unknowns, solution.objective))
         options.progress(f"{name}: automatic knots")
-        search = sm.auto_knots(keys, objective=objective, budget=refinements[-1] * segments, fall=0.0)
+        search = sm.answers.auto_knots(keys, objective=objective, budget=refinements[-1] * segments, fall=0.0)
         runs += [Run.of(f"{name}, automatic, {s.program.unknowns} unknowns", s) for s in search.stages]
         drawn[name] = (uniform, search)
         for unknowns, value in uniform[1:]:
@@ -81,15 +81,15 @@ def _auxiliary(options: StudyOptions, runs: list[Run]) -> Table:
     return Table("auxiliary keyframes", columns, tuple(rows), caption)
 
 
-def _through(case: str, keys: sm.Keyframes, program: sm.Program) -> Run:
+def _through(case: str, keys: sm.Keyframes, program: sm.program.Program) -> Run:
     """The elimination started from its own optimum through auxiliary keyframes."""
     solver = sm.Elimination()
     try:
-        more = sm.auxiliary_keyframes(keys, rigid=True)
+        more = sm.answers.auxiliary_keyframes(keys, rigid=True)
     except sm.InputError as error:
-        return Run.failed(case, "elimination", repr(solver), sm.Status.FAILED, str(error))
+        return Run.failed(case, "elimination", repr(solver), sm.solvers.Status.FAILED, str(error))
     first = solver.solve(sm.affine_program(more, objective=sm.Rigidity(2)))
-    if first.status != sm.Status.SOLVED:
+    if first.status != sm.solvers.Status.SOLVED:
         return Run.failed(case, "elimination", repr(solver), first.status, f"auxiliary program: {first.message}")
     return Run.of(case, solver.solve(program, start=first.motion))
 

@@ -80,7 +80,7 @@ def before_and_after(keys: sm.Keyframes, draw: Draw, body: Shape, name: str, opt
     return StudyResult((table,), figures, tuple(runs), conclusion, players=(moving,))
 
 
-def start_of(program: sm.Program) -> sm.AffineMotion:
+def start_of(program: sm.program.Program) -> sm.AffineMotion:
     """The motion that a program starts from."""
     return program.design.motion(program.start)
 

@@ -43,7 +43,7 @@ def bounce_times(bounces: int) -> np.ndarray:
     return np.concatenate([[0.0], hits, [hits[-1] + fall * RESTITUTION**bounces]])
 
 
-def ball_program(times: np.ndarray) -> sm.Program:
+def ball_program(times: np.ndarray) -> sm.program.Program:
     """Least ∫ h'''² with broken tangents at the hits `times[1:-1]`, each rebounding, and gravity in every hop."""
     hits, middles = times[1:-1], (times[1:] + times[:-1]) / 2
     at = CurveCondition.at
@@ -163,7 +163,7 @@ def _ball_figure(physical, drawn, physics, animated, spline, bounded) -> Figure:
         )
 
 
-def camera_program(limit: float | None, count: int) -> sm.Program:
+def camera_program(limit: float | None, count: int) -> sm.program.Program:
     """Least ∫ ‖x''‖² through the camera's keys, at rest at both ends, with ‖x'‖ ≤ limit at `count` times."""
     conditions = [
         CurveCondition.at(KEY_TIMES, KEY_PLACES),

@@ -288,9 +288,9 @@ def _tcb() -> Figure:
 def _smooth() -> Figure:
     times = np.linspace(0, 5, len(RING))
     curves = [
-        ("natural", sm.cubic_interpolant(times, RING)),
-        ("clamped, at rest", sm.cubic_interpolant(times, RING, "clamped", np.zeros((2, 2)))),
-        ("periodic", sm.cubic_interpolant(times, RING, "periodic")),
+        ("natural", sm.splines.cubic_interpolant(times, RING)),
+        ("clamped, at rest", sm.splines.cubic_interpolant(times, RING, "clamped", np.zeros((2, 2)))),
+        ("periodic", sm.splines.cubic_interpolant(times, RING, "periodic")),
     ]
     with new_figure(7.0, 4.4) as figure:
         panels = figure.subplot_mosaic([["path", "speed"], ["path", "bend"]], width_ratios=(1.25, 1))
@@ -321,8 +321,8 @@ def _bsplines() -> Figure:
         (path, graph), (knots, sensitivity) = figure.subplots(2, 2)
         _polygon(path, controls)
         for degree, colour in zip((1, 2, 3, 5), COLOURS, strict=False):
-            basis = sm.BSplineBasis.clamped(np.linspace(0, 1, len(controls) - degree + 1), degree)
-            curve = sm.Spline(basis, controls)
+            basis = sm.splines.BSplineBasis.clamped(np.linspace(0, 1, len(controls) - degree + 1), degree)
+            curve = sm.splines.Spline(basis, controls)
             _path(path, curve, colour, f"order {degree + 1}")
             _speeds(graph, curve, colour)
         graph.set_xlabel("time")
@@ -330,7 +330,9 @@ def _bsplines() -> Figure:
         graph.set_ylim(0, None)
         _polygon(knots, controls)
         for middle, colour in zip((0.15, 0.4, 0.65), (COLOURS[1], COLOURS[2], COLOURS[0]), strict=True):
-            curve = sm.Spline(sm.BSplineBasis(np.array([0, 0, 0, 0, middle, 0.8, 1, 1, 1, 1]), 3), controls)
+            curve = sm.splines.Spline(
+                sm.splines.BSplineBasis(np.array([0, 0, 0, 0, middle, 0.8, 1, 1, 1, 1]), 3), controls
+            )
             _path(knots, curve, colour, f"{middle:g}")
         knots.legend(title="knot at", fontsize=8, title_fontsize=8, loc="lower left", ncols=3)
         symbol, t = ca.SX.sym("knot"), ca.SX.sym("t")
@@ -399,8 +401,8 @@ def _families() -> tuple[Table, tuple[str, float]]:
     """The curves through the gallery's keys at centripetal times: cost, length, speed; and the one that costs least."""
     times = key_times(0.5)
     curves = {
-        "natural": sm.cubic_interpolant(times, KEYS),
-        "not-a-knot": sm.cubic_interpolant(times, KEYS, "not-a-knot"),
+        "natural": sm.splines.cubic_interpolant(times, KEYS),
+        "not-a-knot": sm.splines.cubic_interpolant(times, KEYS, "not-a-knot"),
         "Catmull–Rom": catmull_rom(times, KEYS),
         "Catmull–Rom, natural ends": catmull_rom(times, KEYS, "natural"),
         "Kochanek–Bartels, tension 0.5": kochanek_bartels(times, KEYS, tension=0.5),
@@ -426,7 +428,7 @@ def _families() -> tuple[Table, tuple[str, float]]:
     return table, (best[0], best[1])
 
 
-def _jump(curve: sm.Spline, times: np.ndarray, nu: int) -> float:
+def _jump(curve: sm.splines.Spline, times: np.ndarray, nu: int) -> float:
     """The largest jump of a derivative at times; 0 below rounding."""
     jumps = curve(times, nu) - curve(np.nextafter(times, -np.inf), nu)
     worst = float(np.linalg.norm(jumps, axis=1).max())
@@ -447,9 +449,9 @@ def _agreement(full: bool) -> tuple[Table, float]:
             rows.append((name, count, against, float(np.abs(curve - other).max() / size)))
 
         for ends in ("natural", "not-a-knot", "periodic"):
-            ours, theirs = sm.cubic_interpolant(times, values, ends), CubicSpline(times, values, bc_type=ends)
+            ours, theirs = sm.splines.cubic_interpolant(times, values, ends), CubicSpline(times, values, bc_type=ends)
             row(f"C² cubic, {ends}", ours(t), theirs(t), "SciPy CubicSpline")
-        natural = sm.cubic_interpolant(times, values)
+        natural = sm.splines.cubic_interpolant(times, values)
         again = hermite_spline(times, values, natural(times, 1))
         row("Hermite, the natural spline's slopes", again(t), natural(t), "SciPy CubicSpline")
         parabola = np.polynomial.Polynomial([1.0, -2.0, 0.5])

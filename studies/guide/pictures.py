@@ -60,13 +60,13 @@ def run(options: StudyOptions) -> StudyResult:
     return StudyResult((table,), figures, runs, conclusion)
 
 
-def _others(solution: sm.Solution, faired: sm.FairingResult, net: sm.TwoParameterMotion) -> list:
+def _others(solution: sm.Solution, faired: sm.fairing.FairingResult, net: sm.motions.TwoParameterMotion) -> list:
     """The other kinds of pictures."""
     from scipy.spatial.transform import Rotation
 
     turns = Rotation.from_euler("ZYX", [[0, 0, 0], [60, 30, 10], [110, -20, 70], [190, 25, 95]], degrees=True)
-    curve = sm.interpolate_quaternions(np.arange(4.0), turns)
-    rigid = sm.orthonormalise(solution.motion, np.linspace(0, 1, 41))
+    curve = sm.quaternions.interpolate_quaternions(np.arange(4.0), turns)
+    rigid = sm.motions.orthonormalise(solution.motion, np.linspace(0, 1, 41))
     return [
         (
             "multipliers",

@@ -21,7 +21,7 @@ CORNERS = np.array([[x, y, z] for x in (-1.2, 1.2) for y in (-0.6, 0.6) for z in
 
 
 def run(options: StudyOptions) -> StudyResult:
-    spline = PoseMotion(interpolate_quaternions(TIMES, QUATERNIONS), sm.cubic_interpolant(TIMES, PLACES))
+    spline = PoseMotion(interpolate_quaternions(TIMES, QUATERNIONS), sm.splines.cubic_interpolant(TIMES, PLACES))
     runs: list[Run] = []
     rows: list[tuple[Any, ...]] = []
     energy = sm.TrajectoryEnergy(CORNERS, np.full(len(CORNERS), 1 / len(CORNERS)))

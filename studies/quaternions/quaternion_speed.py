@@ -71,7 +71,7 @@ def _evaluation(times: np.ndarray, q: np.ndarray, options: StudyOptions) -> tupl
     build = _best(lambda: interpolate_quaternions(times, q), 3)
     plain, full = micro * _best(lambda: motion(t), 5), micro * _best(lambda: motion.jet(t, 2), 5)
     rows.append(("symmotion, C² quaternion spline", build, plain, full))
-    quintic = QuaternionMotion(sm.BSplineBasis.clamped(np.linspace(times[0], times[-1], KEYS - 4), 5), q)
+    quintic = QuaternionMotion(sm.splines.BSplineBasis.clamped(np.linspace(times[0], times[-1], KEYS - 4), 5), q)
     fifth = micro * _best(lambda: quintic(t), 3), micro * _best(lambda: quintic.jet(t, 2), 3)
     rows.append(("symmotion, degree 5", None, *fifth))
     rotations = to_rotation(q)

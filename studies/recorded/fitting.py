@@ -35,7 +35,7 @@ ERRORS = (
 CROSSED = 80  # controls up to which IPOPT solves the same programs
 
 
-def smoothing(weight: float | None) -> sm.Energy | None:
+def smoothing(weight: float | None) -> sm.energies.Energy | None:
     """R + weight E; R alone for weight 0, and nothing for None."""
     if weight is None:
         return None

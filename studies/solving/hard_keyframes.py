@@ -24,7 +24,7 @@ class Problem:
 
     kind: str
     name: str
-    program: sm.Program
+    program: sm.program.Program
 
 
 def problem(seed: int) -> Problem:

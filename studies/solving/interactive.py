@@ -22,7 +22,7 @@ PLAIN = sm.Rigidity()
 WITH_PATHS = PLAIN + 1e-3 * sm.TrajectoryEnergy(np.eye(3))
 # Keyframes, the milliseconds that a step may take in the median, steps of the quick form and of the long one.
 SIZES = ((20, 5.0, 60, 500), (200, 30.0, 30, 500))
-KINDS: tuple[tuple[sm.Energy, Literal["interpreted", "compiled"]], ...] = (
+KINDS: tuple[tuple[sm.energies.Energy, Literal["interpreted", "compiled"]], ...] = (
     (PLAIN, "interpreted"),
     (PLAIN, "compiled"),
     (WITH_PATHS, "compiled"),
@@ -60,7 +60,7 @@ def path(steps: int) -> tuple[np.ndarray, np.ndarray]:
     return loop, turn
 
 
-def drag(count: int, objective: sm.Energy, solver: sm.ExactNewton, target: float, steps: int) -> Drag:
+def drag(count: int, objective: sm.energies.Energy, solver: sm.ExactNewton, target: float, steps: int) -> Drag:
     """One keyframe in the middle of `count` led along the path, every solve from the solution before it."""
     keys = sm.examples.random_keyframes(count, 40, 0)
     program, k = sm.affine_program(keys, objective=objective), count // 2

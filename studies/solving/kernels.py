@@ -132,7 +132,7 @@ def preparation(count: int) -> list[float]:
     return [sm.ExactNewton(kernels="compiled").solve(program).seconds.compile or 0.0 for program in programs]
 
 
-def _node_seconds(program: sm.Program, kernels: Kernels) -> float:
+def _node_seconds(program: sm.program.Program, kernels: Kernels) -> float:
     evaluator = Evaluator(program, kernels, threads=1).terms[0]
     block = evaluator.block
     z, share = block.rows(program.start[block.variable]), np.ones((block.count, 1))

@@ -46,7 +46,7 @@ class Way:
         return self.count / self.seconds
 
 
-def by_loop(programs: Iterable[sm.Program]) -> Iterator[sm.Solution]:
+def by_loop(programs: Iterable[sm.program.Program]) -> Iterator[sm.Solution]:
     return (sm.ExactNewton().solve(program) for program in programs)
 
 
@@ -94,7 +94,7 @@ def _measure(
     options: StudyOptions,
     name: str,
     kind: str,
-    solve: Callable[[Iterable[sm.Program]], Iterable[Any]],
+    solve: Callable[[Iterable[sm.program.Program]], Iterable[Any]],
 ) -> None:
     """Append a way, compared with the first one of the same programs; no solution is kept."""
     options.progress(f"{name}, {kind} programs")
@@ -102,7 +102,7 @@ def _measure(
     began = perf_counter()
     for answer in solve(MAKERS[kind](count)):
         if isinstance(answer, sm.Solution):
-            certified += answer.status is sm.Status.SOLVED and answer.inertia == "positive"
+            certified += answer.status is sm.solvers.Status.SOLVED and answer.inertia == "positive"
             marks.append(_mark(answer))
             parts.append((*astuple(answer.seconds), answer.iterations))
     seconds = perf_counter() - began

@@ -44,10 +44,10 @@ class Alternative(Protocol):
     @property
     def name(self) -> str: ...
 
-    def attempt(self, program: sm.Program) -> Answer: ...
+    def attempt(self, program: sm.program.Program) -> Answer: ...
 
 
-def judge(program: sm.Program, method: Alternative, answer: Answer) -> sm.Solution:
+def judge(program: sm.program.Program, method: Alternative, answer: Answer) -> sm.Solution:
     """The answer as a Solution with symmotion's certificate, which decides whether it is solved."""
     failure = (Status.FAILED, answer.said) if answer.said else None
     # Of its way only the number of steps is known: every row but the last has one.
@@ -71,7 +71,7 @@ class Tables:
     start: np.ndarray
 
     @staticmethod
-    def of(program: sm.Program) -> "Tables":
+    def of(program: sm.program.Program) -> "Tables":
         keyframes, basis = program.design.keyframes, program.design.basis
         if keyframes.dimension != 3 or program.unknowns != ENTRIES * basis.n:
             raise sm.InputError("the alternatives are written for rigidity in space: the controls are 3 × 3 matrices")
@@ -117,7 +117,7 @@ class OptiIpopt:
     def name(self) -> str:
         return f"opti-{self.symbols.lower()}"
 
-    def attempt(self, program: sm.Program) -> Answer:
+    def attempt(self, program: sm.program.Program) -> Answer:
         tables, began = Tables.of(program), perf_counter()
         opti = ca.Opti()
         X = opti.variable(*tables.start.shape)
@@ -162,7 +162,7 @@ class Sqpmethod:
     def name(self) -> str:
         return "sqpmethod"
 
-    def attempt(self, program: sm.Program) -> Answer:
+    def attempt(self, program: sm.program.Program) -> Answer:
         silent = dict.fromkeys(("print_header", "print_iteration", "print_status", "print_time"), False)
         quiet = dict.fromkeys(("print_header", "print_iter", "print_info", "print_time", "error_on_fail"), False)
         options = {
@@ -176,7 +176,7 @@ class Sqpmethod:
         return _solve_with("sqpmethod", program, {**silent, **options})
 
 
-def _solve_with(plugin: str, program: sm.Program, options: dict[str, Any]) -> Answer:
+def _solve_with(plugin: str, program: sm.program.Program, options: dict[str, Any]) -> Answer:
     """CasADi's nlpsol on the MX expressions."""
     tables, began = Tables.of(program), perf_counter()
     x = ca.MX.sym("x", tables.start.size)
@@ -208,7 +208,7 @@ class TrustConstr:
     def name(self) -> str:
         return "trust-constr"
 
-    def attempt(self, program: sm.Program) -> Answer:
+    def attempt(self, program: sm.program.Program) -> Answer:
         from scipy.optimize import LinearConstraint, minimize
 
         tables, began = Tables.of(program), perf_counter()

@@ -26,7 +26,7 @@ class Fatrop:
     def name(self) -> str:
         return "fatrop"
 
-    def attempt(self, program: sm.Program) -> Answer:
+    def attempt(self, program: sm.program.Program) -> Answer:
         tables, began = Tables.of(program), perf_counter()
         n, count = tables.start.shape[1], tables.targets.shape[1]
         spans, state = n - 3, 3 * ENTRIES

@@ -83,7 +83,7 @@ class Work:
         return {p: max(self.operations[p] / machine.flops, self.bytes[p] / machine.bandwidth) for p in self.operations}
 
 
-def work(program: sm.Program) -> Work:
+def work(program: sm.program.Program) -> Work:
     """The work of a program with a condensed system, counted from its kernels and tables."""
     system = Condensed.of(program)
     if system is None:
@@ -149,7 +149,7 @@ def _phase(module: str) -> str | None:
     return next((phase for phase, group in PHASES.items() if f"{module}.".startswith(f"{group}.")), REST)
 
 
-def prepared(keys: sm.Keyframes) -> sm.Program:
+def prepared(keys: sm.Keyframes) -> sm.program.Program:
     """A program with what its solves share: the condensed system, and the Jacobian, which is constant."""
     program = sm.affine_program(keys)
     Condensed.of(program)

@@ -22,12 +22,12 @@ def keyframes(count: int) -> Iterator[sm.Keyframes]:
         yield sm.Keyframes(TIMES, keys.linear, keys.translation)
 
 
-def new_programs(count: int) -> Iterator[sm.Program]:
+def new_programs(count: int) -> Iterator[sm.program.Program]:
     """Each made from scratch."""
     return (sm.affine_program(keys) for keys in keyframes(count))
 
 
-def moved_programs(count: int) -> Iterator[sm.Program]:
+def moved_programs(count: int) -> Iterator[sm.program.Program]:
     """The first one, with other and other keyframes."""
     first = next(new_programs(1))
     return (first.with_keyframes(keys) for keys in keyframes(count))

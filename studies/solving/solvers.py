@@ -28,7 +28,7 @@ def run(options: StudyOptions) -> StudyResult:
     return StudyResult(tables, figures, (*family, *speed), _conclusion(family, speed))
 
 
-def _case(objective: sm.Energy, angle: int, count: int, seed: int) -> str:
+def _case(objective: sm.energies.Energy, angle: int, count: int, seed: int) -> str:
     return f"{objective.name}, {angle}°, {count} keyframes, seed {seed}"
 
 

@@ -22,19 +22,19 @@ PATHS = sm.TrajectoryEnergy(np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, 1.0, 0], [0
 OBJECTIVE = RIGIDITY + 0.01 * PATHS
 
 
-def wave() -> sm.Spline:
+def wave() -> sm.splines.Spline:
     """An open profile in the plane of y and z."""
     points = np.array([[0, -1.0, 0.1], [0, -0.6, -0.25], [0, 0, 0.45], [0, 0.6, -0.25], [0, 1.0, 0.1]])
-    return sm.cubic_interpolant(np.linspace(0, 1, 5), points)
+    return sm.splines.cubic_interpolant(np.linspace(0, 1, 5), points)
 
 
-def lobes(count: int, depth: float) -> sm.Spline:
+def lobes(count: int, depth: float) -> sm.splines.Spline:
     """A closed profile in the plane of x and y: a circle with `count` lobes."""
     angle = np.linspace(0, 2 * np.pi, 8 * count + 1)
     radius = 1 + depth * np.cos(count * angle)
     points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle])
     points[-1] = points[0]
-    return sm.cubic_interpolant(angle, points, "periodic")
+    return sm.splines.cubic_interpolant(angle, points, "periodic")
 
 
 def band() -> sm.Keyframes:
@@ -77,7 +77,7 @@ def flower() -> sm.Keyframes:
 
 
 # name: keyframes, profile, view
-SHAPES: dict[str, tuple[Callable[[], sm.Keyframes], sm.Spline, np.ndarray]] = {
+SHAPES: dict[str, tuple[Callable[[], sm.Keyframes], sm.splines.Spline, np.ndarray]] = {
     "band": (band, wave(), BAND_VIEW),
     "vase": (vase, lobes(8, 0.06), ABOVE),
     "flower": (flower, lobes(5, 0.3), ABOVE),
@@ -143,7 +143,7 @@ def run(options: StudyOptions) -> StudyResult:
     )
 
 
-def _outline(profile: sm.Spline) -> np.ndarray:
+def _outline(profile: sm.splines.Spline) -> np.ndarray:
     """A profile as a closed polygon, (N, 3); an open one goes there and back: without area, a line."""
     curve = profile(np.linspace(*profile.domain, 65))
     return curve if np.allclose(curve[0], curve[-1]) else np.concatenate([curve, curve[-2:0:-1]])
@@ -163,7 +163,7 @@ def _said(runs: list[Run], rows: Rows, nets: Rows, areas: Rows) -> str:
     )
 
 
-def _exactness(surface: SweepSurface, motion: sm.AffineMotion, profile: sm.Spline) -> tuple[Any, ...]:
+def _exactness(surface: SweepSurface, motion: sm.AffineMotion, profile: sm.splines.Spline) -> tuple[Any, ...]:
     u, t = (np.linspace(a, b, 41) for a, b in surface.domain)
     (linear, translation), (rate, _) = motion(t), motion(t, 1)
     moved = translation + np.einsum("tij,uj->uti", linear, profile(u))

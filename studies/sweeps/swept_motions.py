@@ -71,7 +71,7 @@ def breathing() -> sm.AffineMotion:
     t = np.linspace(0, 1, 9)
     sizes = 0.8 - 0.45 * np.cos(4 * np.pi * t)
     values = np.column_stack([sizes[:, None] * np.eye(3).ravel(), 4 * t, 0 * t, 0 * t])
-    return sm.AffineMotion.from_spline(sm.cubic_interpolant(t, values), 3)
+    return sm.AffineMotion.from_spline(sm.splines.cubic_interpolant(t, values), 3)
 
 
 def kneaded() -> sm.AffineMotion:
@@ -80,13 +80,13 @@ def kneaded() -> sm.AffineMotion:
     stretch = np.exp(0.6 * np.sin(1.5 * np.pi * t))
     sizes = np.column_stack([stretch, stretch**-0.5, stretch**-0.5])
     values = np.column_stack([(sizes[:, :, None] * np.eye(3)).reshape(9, 9), 0.6 * t, 0 * t, 0.2 * t])
-    return sm.AffineMotion.from_spline(sm.cubic_interpolant(t, values), 3)
+    return sm.AffineMotion.from_spline(sm.splines.cubic_interpolant(t, values), 3)
 
 
 def closed_forms() -> dict[str, tuple[MovingEllipsoid, float, float | None]]:
     """Moving ellipsoids with the volumes that they sweep and the areas, None where there is no simple closed form."""
     skew, goes = np.array([[1.2, 0.3, 0.0], [0.0, 0.7, 0.2], [0.1, 0.0, 0.5]]), np.array([3.0, 1.0, -0.5])
-    line = sm.BSplineBasis.clamped([0, 1], 1)
+    line = sm.splines.BSplineBasis.clamped([0, 1], 1)
     length, det = float(np.linalg.norm(goes)), float(np.linalg.det(skew))
     ends = np.array([0 * goes, goes])
     return {

@@ -12,7 +12,7 @@ from symmotion.jets.space import affine_space
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.rigid import polar_factors
 from symmotion.program import BlockEvaluator
-from symmotion.solvers import ExactNewton, Ipopt, Solution
+from symmotion.solvers import ExactNewton, Solution, Solver
 from symmotion.splines import cubic_interpolant
 
 
@@ -48,7 +48,7 @@ def auto_knots(
     budget: int,
     fall: float = 1e-3,
     share: float = 0.3,
-    solver: ExactNewton | Ipopt | None = None,
+    solver: Solver | None = None,
 ) -> KnotSearch:
     """Insert knots where the integrand of the objective is largest, and solve again, until it pays no more.
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from symmotion.answers import auto_knots
 from symmotion.commands.outputs import check_outputs, write_output
-from symmotion.design import MotionConstraint, Periodic, Tolerance, affine_program, free_times_program
+from symmotion.constraints import MotionConstraint, Periodic, Tolerance
+from symmotion.design import affine_program, free_times_program
 from symmotion.energies import Energy, Rigidity, TrajectoryEnergy
 from symmotion.errors import InputError, SolveError
 from symmotion.files import read_keyframes

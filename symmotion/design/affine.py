@@ -41,7 +41,7 @@ def affine_program(
     knots: ArrayLike | None = None,
     ends: str = "natural",
     end_rates: Affine | None = None,
-) -> Program[AffineMotion]:
+) -> "Program[AffineDesign]":
     """The least distorted (or otherwise best) affine spline motion through keyframes, as a program.
 
     Minimise `objective` over the control matrices A_j, and the control points v_j where the
@@ -151,7 +151,7 @@ class AffineDesign:
         keys, d = self.keyframes, self.keyframes.dimension
         return Setting((self.space,), keys.times, keys.linear, keys.translation, moves=self.channels > d * d)
 
-    def program(self) -> Program[AffineMotion]:
+    def program(self) -> "Program[AffineDesign]":
         """The program of this question."""
         start = {UNKNOWN: self._unknowns(self.start)}
         controls = self.start.control_points.copy()
@@ -231,7 +231,7 @@ class AffineDesign:
             errors[block.name] = abs(values[1] - values[0])
         return errors
 
-    def with_keyframes(self, program: Program[AffineMotion], keyframes: Keyframes) -> Program[AffineMotion]:
+    def with_keyframes(self, program: "Program[AffineDesign]", keyframes: Keyframes) -> "Program[AffineDesign]":
         """The program for other keyframes; structure and kernels are kept where the times are the same."""
         if keyframes.dimension != self.keyframes.dimension:
             raise InputError(f"keyframes in {keyframes.dimension}D for a program in {self.keyframes.dimension}D")
@@ -250,7 +250,7 @@ class AffineDesign:
         moved = program.with_data("keyframes", design._targets[:, : self.channels], start=controls, design=design)
         return replace(moved, build_seconds=perf_counter() - began)
 
-    def stages(self, by: str) -> Iterator[Program[AffineMotion]]:
+    def stages(self, by: str) -> "Iterator[Program[AffineDesign]]":
         """Smaller programs that lead to this one by steps, coarsest first (HJK 4.4, 5.1).
 
         by: "degree", from 1 up to the full one, with the same knots; or "knots", the inserted knots in
@@ -270,5 +270,5 @@ class AffineDesign:
         else:
             raise InputError(f"stages by {by!r} are unknown; there are degree, knots")
 
-    def _restricted(self, basis: BSplineBasis) -> Program[AffineMotion]:
+    def _restricted(self, basis: BSplineBasis) -> "Program[AffineDesign]":
         return replace(self, start=represent(basis, self.start, self.keyframes.times)).program()

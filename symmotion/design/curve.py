@@ -42,7 +42,7 @@ def curve_program(
     order: int = 2,
     breaks: ArrayLike = (),
     domain: tuple[float, float] | None = None,
-) -> Program[Spline]:
+) -> "Program[CurveDesign]":
     """The curve of least ∫ ‖x⁽ᵏ⁾‖² dt, or otherwise best, under conditions at given times, as a program.
 
     keys: `Keyframes`, whose translations the curve passes under the name "keyframes"; or conditions, made by
@@ -230,7 +230,7 @@ class CurveDesign:
         keyed = next((c.times[:, 0] for c in self.conditions if c.name == KEYFRAMES), np.empty(0))
         return Setting((self.space,), keyed)
 
-    def program(self) -> Program[Spline]:
+    def program(self) -> "Program[CurveDesign]":
         """The program of this question."""
         given: list[Constraint] = [
             c.on(self.space, self.shape, self._kept[c.name]) for c in self.conditions if len(self._kept[c.name])
@@ -343,7 +343,7 @@ class CurveDesign:
         spline = spline.elevated(max(0, self.basis.degree - spline.degree))
         return {UNKNOWN: represent(self.basis, spline, self.basis.greville).control_points.reshape(self.basis.n, -1)}
 
-    def with_keyframes(self, program: Program[Spline], keyframes: Keyframes) -> Program[Spline]:
+    def with_keyframes(self, program: "Program[CurveDesign]", keyframes: Keyframes) -> "Program[CurveDesign]":
         """The program for other keyframes at the same times."""
         began = perf_counter()
         first = self.conditions[0]

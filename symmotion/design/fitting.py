@@ -45,7 +45,7 @@ def fit_program(
     points: ArrayLike | None = None,
     huber: float | None = None,
     exact: Sequence[int] = (),
-) -> Program[AffineMotion]:
+) -> "Program[FitDesign]":
     """The affine spline motion that follows many samples with few controls, as a program.
 
     Minimise Σ w_i s_i + objective, s_i = mean over the body points p of
@@ -130,7 +130,7 @@ class FitDesign:
         samples = self.samples
         return Setting((self.space,), samples.times, samples.linear, samples.translation, held=False)
 
-    def program(self) -> Program[AffineMotion]:
+    def program(self) -> "Program[FitDesign]":
         """The program of this question."""
         start = {UNKNOWN: self.start.control_points}
         terms = [self._data_term()] if len(self.followed) else []
@@ -200,7 +200,7 @@ class FitDesign:
         shaped = np.asarray(multipliers.get(EXACT, np.empty((0, d * d + d))))
         return {**multipliers, EXACT: Affine(shaped[:, : d * d].reshape(-1, d, d), shaped[:, d * d :])}
 
-    def with_keyframes(self, program: Program[AffineMotion], keyframes: Keyframes) -> Program[AffineMotion]:
+    def with_keyframes(self, program: "Program[FitDesign]", keyframes: Keyframes) -> "Program[FitDesign]":
         """The program for other samples at the same times; structure and kernels are kept."""
         if keyframes.dimension != self.samples.dimension:
             raise InputError(f"samples in {keyframes.dimension}D for a program in {self.samples.dimension}D")

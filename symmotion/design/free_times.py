@@ -44,7 +44,7 @@ def free_times_program(
     ends: str = "natural",
     end_rates: Affine | None = None,
     least_step: float | None = None,
-) -> Program[AffineMotion]:
+) -> "Program[FreeTimesDesign]":
     """The best affine spline motion through keyframes whose inner times are unknowns too, as a program.
 
     Minimise `objective` over the controls and over t_2 < … < t_{M−1}, subject to A(t_i) = A*_i,
@@ -230,7 +230,7 @@ class FreeTimesDesign:
         """The mean width of a span, the unit of the unknown widths."""
         return float(self.keyframes.times[-1] - self.keyframes.times[0]) / self.spans
 
-    def program(self) -> Program[AffineMotion]:
+    def program(self) -> "Program[FreeTimesDesign]":
         """The program of this question."""
         motion = self._interpolant(self.keyframes)
         d = self.keyframes.dimension
@@ -361,7 +361,7 @@ class FreeTimesDesign:
             "knots": multipliers["knots"][:, 0] / self.unit,
         }
 
-    def with_keyframes(self, program: Program[AffineMotion], keyframes: Keyframes) -> Program[AffineMotion]:
+    def with_keyframes(self, program: "Program[FreeTimesDesign]", keyframes: Keyframes) -> "Program[FreeTimesDesign]":
         """The program for other keyframes over the same time, started from theirs; compiled kernels are kept."""
         if keyframes.dimension != self.keyframes.dimension or len(keyframes) != len(self.keyframes):
             raise InputError(f"{keyframes!r} for a program of {self.keyframes!r}")

@@ -23,7 +23,7 @@ class Spaced(Protocol):
     def setting(self) -> Setting: ...
 
 
-def join(programs: Mapping[str, Program[Any]], constraints: Sequence[MotionConstraint] = ()) -> Program[dict[str, Any]]:
+def join(programs: Mapping[str, Program[Any]], constraints: Sequence[MotionConstraint] = ()) -> "Program[JoinedDesign]":
     """Several bodies in one program: the sum of the objectives, all the conditions, and constraints that couple them.
 
     programs: by name of the body, two or more, of any kind. constraints: `JetConstraint`s whose function takes a jet
@@ -54,7 +54,7 @@ class JoinedDesign:
     programs: dict[str, Program[Any]]
     constraints: tuple[MotionConstraint, ...]
 
-    def program(self) -> Program[dict[str, Any]]:
+    def program(self) -> "Program[JoinedDesign]":
         """The program of this question."""
         start = {_of(body, k): v for body, p in self.programs.items() for k, v in p.start.items()}
         terms = tuple(_renamed(b, body) for body, p in self.programs.items() for b in p.terms)
@@ -91,7 +91,7 @@ class JoinedDesign:
             shown |= {_of(body, k): v for k, v in p.design.multipliers(own).items()}
         return {**shown, **rest}
 
-    def with_keyframes(self, program: Program[dict[str, Any]], keyframes: Mapping[str, Any]) -> Program[dict[str, Any]]:
+    def with_keyframes(self, program: "Program[JoinedDesign]", keyframes: Mapping[str, Any]) -> "Program[JoinedDesign]":
         """The program for other keyframes of some bodies, by name."""
         if not isinstance(keyframes, Mapping) or not set(keyframes) <= set(self.programs):
             raise InputError(f"keyframes by body are needed; there are {', '.join(self.programs)}")

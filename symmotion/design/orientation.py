@@ -55,7 +55,7 @@ def orientation_program(
     end_rates: ArrayLike | None = None,
     turns: ArrayLike | None = None,
     signs: Signs = "align",
-) -> Program[QuaternionMotion]:
+) -> "Program[OrientationDesign]":
     """The orientation motion of least torque, or otherwise best, through keyframes: KKS 6.1 leave it open.
 
     Minimise `objective` over the control quaternions of a B-spline quaternion curve, subject to |q_j|² = 1,
@@ -126,7 +126,7 @@ class OrientationDesign:
         moves = self.space.channels > 4
         return Setting((self.space,), keys.times, linear, None, keys.quaternions, moves=moves)
 
-    def program(self) -> Program[QuaternionMotion]:
+    def program(self) -> "Program[OrientationDesign]":
         """The program of this question."""
         controls = {UNKNOWN: self.start.control_points.copy()}
         given = self.given()
@@ -190,7 +190,7 @@ class OrientationDesign:
             shaped[self.held] = multipliers["keyframes"]
         return {**multipliers, "keyframes": shaped}
 
-    def with_keyframes(self, program: Program[QuaternionMotion], keyframes: Any) -> Program[QuaternionMotion]:
+    def with_keyframes(self, program: "Program[OrientationDesign]", keyframes: Any) -> "Program[OrientationDesign]":
         """The program for other quaternions (M, 4) at the same times, each way between them on the branch it had."""
         began = perf_counter()
         design, same = self.turned(keyframes)

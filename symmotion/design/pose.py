@@ -43,7 +43,7 @@ def pose_program(
     end_rates: ArrayLike | None = None,
     turns: ArrayLike | None = None,
     signs: Signs = "align",
-) -> Program[PoseMotion]:
+) -> "Program[PoseDesign]":
     """The rigid motion of least torque and bending, or otherwise best, through poses, as one program.
 
     Minimise `objective` over control quaternions and control points, subject to unit norms, both halves of every
@@ -100,7 +100,7 @@ class PoseDesign:
     def setting(self) -> Setting:
         return replace(self.turning.setting, translation=self.translation)
 
-    def program(self) -> Program[PoseMotion]:
+    def program(self) -> "Program[PoseDesign]":
         """The program of this question."""
         controls = np.concatenate([self.turning.start.control_points, self.start], axis=1)
         turning = self.turning
@@ -148,7 +148,7 @@ class PoseDesign:
             placed[self.placed] = multipliers["translation"]
         return {**self.turning.multipliers(multipliers), "translation": placed}
 
-    def with_keyframes(self, program: Program[PoseMotion], keyframes: Keyframes) -> Program[PoseMotion]:
+    def with_keyframes(self, program: "Program[PoseDesign]", keyframes: Keyframes) -> "Program[PoseDesign]":
         """The program for other rigid keyframes at the same times."""
         began = perf_counter()
         if not isinstance(keyframes, Keyframes) or not np.array_equal(keyframes.times, self.turning.keys.times):

@@ -57,7 +57,7 @@ class FairingDesign:
 
 def local_step_program(
     motion: Motion, knot: tuple[int, ...], *, step: Step = "nine", parts: str | None = None, length: float = 1.0
-) -> Program[Motion]:
+) -> "Program[FairingDesign]":
     """The local fairing step at one knot as a program: PCG (18), (19) with explicit λ and μ.
 
     Minimise ½ Σ |d_ij − d⁰_ij|² subject to Δ_uuu = 0 ("uuu", multiplier λ) and Δ_vvv = 0 ("vvv",
@@ -87,11 +87,11 @@ class LocalSteps:
     coordinates: Coordinates
     jumps: Jumps
     step: Step
-    made: dict[tuple[int, int], tuple[Program[Motion], np.ndarray, np.ndarray]] = field(
+    made: dict[tuple[int, int], tuple[Program[FairingDesign], np.ndarray, np.ndarray]] = field(
         default_factory=dict, repr=False
     )
 
-    def program(self, knot: tuple[int, int], net: np.ndarray) -> Program[Motion]:
+    def program(self, knot: tuple[int, int], net: np.ndarray) -> "Program[FairingDesign]":
         """The step at a knot (k, l) of a net (n, m, C), the same program with other data where it was made before."""
         if knot not in self.made:
             self.made[knot] = self._new(knot, net)
@@ -105,7 +105,7 @@ class LocalSteps:
             program, start={UNKNOWN: points}, terms=terms, design=FairingDesign(self.coordinates, net, controls)
         )
 
-    def _new(self, knot: tuple[int, int], net: np.ndarray) -> tuple[Program[Motion], np.ndarray, np.ndarray]:
+    def _new(self, knot: tuple[int, int], net: np.ndarray) -> tuple[Program[FairingDesign], np.ndarray, np.ndarray]:
         """The program, the controls that move, and the coefficients (kinds, n m) of those that stay."""
         k, l = knot  # noqa: E741 - PCG's letters
         u, v = self.jumps.u, self.jumps.v
@@ -154,7 +154,7 @@ def fairing_program(
     region: object = None,
     parts: str | None = None,
     length: float = 1.0,
-) -> Program[Motion]:
+) -> "Program[FairingDesign]":
     """The fairing of a whole net as a program: min ΣL + w Σ|d − d⁰|², or subject to |d − d⁰| ≤ δ.
 
     constraints: conditions on the net's jet (`NetJet`), at (u, v), or at parameters of a curve.

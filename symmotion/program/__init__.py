@@ -2,7 +2,7 @@
 
 from symmotion.program.block import WHOLE, Block, BlockEvaluator
 from symmotion.program.evaluate import Evaluator, Pattern
-from symmotion.program.program import Constraint, Design, ParameterPlace, Program, Rekeyed, Staged
+from symmotion.program.program import Constraint, Design, DesignT, MotionT, ParameterPlace, Program, Rekeyed, Staged
 
 __all__ = [
     "WHOLE",
@@ -10,7 +10,9 @@ __all__ = [
     "BlockEvaluator",
     "Constraint",
     "Design",
+    "DesignT",
     "Evaluator",
+    "MotionT",
     "ParameterPlace",
     "Pattern",
     "Program",

@@ -16,6 +16,7 @@ from symmotion.program.block import WHOLE, Block
 from symmotion.program.state import made_of
 
 MotionT = TypeVar("MotionT", covariant=True)
+DesignT = TypeVar("DesignT", covariant=True, bound="Design[Any]")  # Any: a design of any motion
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,7 @@ class Staged(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Program(Generic[MotionT]):
+class Program(Generic[DesignT]):
     """Minimise Σ terms over the unknowns, subject to constraints that keep their multipliers.
 
     start: by name, the unknowns' start values, each (n, channels); their shapes define the
@@ -137,7 +138,7 @@ class Program(Generic[MotionT]):
     start: Mapping[str, np.ndarray]
     terms: tuple[Block, ...]
     constraints: tuple[Constraint, ...]
-    design: Design[MotionT]
+    design: DesignT
     build_seconds: float | None = None
     # Derived structure (patterns, null-space bases), shared by programs that differ in data only.
     structure: dict[Any, Any] = field(default_factory=Structure, repr=False)
@@ -220,7 +221,7 @@ class Program(Generic[MotionT]):
                 return c
         raise InputError(f"no constraint {name!r}; there are {', '.join(c.name for c in self.constraints) or 'none'}")
 
-    def with_data(self, name: str, data: np.ndarray, **changes: Any) -> "Program[MotionT]":
+    def with_data(self, name: str, data: np.ndarray, **changes: Any) -> "Program[DesignT]":
         """The same program with other data in one constraint; structure and compiled kernels are kept.
 
         Structure not where the data are factors of the unknowns: the Jacobian is kept there.
@@ -240,7 +241,7 @@ class Program(Generic[MotionT]):
                 found.setdefault(place.name, c.block.data[0, place.columns].reshape(place.shape, order="F"))
         return found
 
-    def with_parameters(self, **values: ArrayLike) -> "Program[MotionT]":
+    def with_parameters(self, **values: ArrayLike) -> "Program[DesignT]":
         """The same program with other numbers for these parameters; structure and compiled kernels are kept."""
         known, program = self.parameters, self
         for name, value in values.items():
@@ -258,7 +259,7 @@ class Program(Generic[MotionT]):
                     program = program.with_data(c.name, data)
         return program
 
-    def with_keyframes(self, keyframes: Any) -> "Program[MotionT]":
+    def with_keyframes(self, keyframes: Any) -> "Program[DesignT]":
         """The same program for other keyframes at the same times; structure and compiled kernels are kept.
 
         keyframes: in the form that the program's constructor takes.
@@ -267,7 +268,7 @@ class Program(Generic[MotionT]):
             raise InputError(f"{type(self.design).__name__} has no keyframes to change: make a new program")
         return self.design.with_keyframes(self, keyframes).with_parameters(**self.parameters)
 
-    def stages(self, by: str) -> "list[Program[MotionT]]":
+    def stages(self, by: str) -> "list[Program[DesignT]]":
         """Smaller programs that lead to this one, coarsest first, by "degree" or "knots"."""
         if not isinstance(self.design, Staged):
             raise InputError(f"{type(self.design).__name__} has no stages by {by!r}: solve the program at once")

@@ -8,7 +8,7 @@ from scipy.linalg import LinAlgError, solve_banded
 
 from symmotion.checks import choice, positive
 from symmotion.errors import InputError
-from symmotion.program import Evaluator, Program
+from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.descent import largest
 from symmotion.solvers.journal import Callback, Failure, Journal, require_limits
 from symmotion.solvers.solution import Iteration, Solution, Status
@@ -44,7 +44,7 @@ class Elimination:
             raise InputError(f"damping {self.damping!r}: must be in (0, 1]")
         choice(self.stages, (None, "degree", "knots"), "stages")
 
-    def solve(self, program: Program, start: object = None) -> Solution:
+    def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve a program with interpolation conditions; start: None, a Solution, a motion, or (unknowns,) numbers.
 
         With stages the start is the first stage's own, and the log holds all stages.

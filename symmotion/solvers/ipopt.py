@@ -12,7 +12,7 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
-from symmotion.program import Evaluator, Program
+from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.journal import Callback, Journal, require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
@@ -63,7 +63,7 @@ class Ipopt:
         require_kernels(self.kernels, self.threads)
         object.__setattr__(self, "options", checked_options(self.options))
 
-    def solve(self, program: Program, start: object = None) -> Solution:
+    def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback)
         x0 = start_vector(program, start)

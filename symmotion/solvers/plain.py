@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from symmotion.program import Block, Evaluator, Program
+from symmotion.program import Block, DesignT, Evaluator, Program
 from symmotion.solvers.ipopt import (
     CASADI,
     SYMBOLIC,
@@ -38,7 +38,7 @@ class PlainIpopt:
     def __post_init__(self):
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
 
-    def solve(self, program: Program, start: object = None) -> Solution:
+    def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback)
         x0 = start_vector(program, start)

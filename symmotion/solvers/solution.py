@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Generic, Literal
 
 import numpy as np
 
 from symmotion.errors import InputError, SolveError
-from symmotion.program import Evaluator, Program
+from symmotion.program import Design, DesignT, Evaluator, MotionT, Program
 from symmotion.program.state import made_of
 from symmotion.systems import Certificate
 
@@ -66,7 +66,7 @@ class Seconds:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Generic[DesignT]):
     """A solver's answer to a program.
 
     x (unknowns,), multiplier_vector (conditions,): where it ended; solver: the solver's repr,
@@ -74,7 +74,7 @@ class Solution:
     message: what it said where it did not solve.
     """
 
-    program: Program
+    program: Program[DesignT]
     solver: str
     method: str
     status: Status
@@ -88,17 +88,21 @@ class Solution:
 
     __getstate__ = made_of
 
-    @cached_property
-    def motion(self) -> Any:
+    @property
+    def motion(self: "Solution[Design[MotionT]]") -> MotionT:
         """The motion that the unknowns describe."""
-        return self.program.design.motion(self.program.unpack(self.x))
+        # Kept by hand: a cached property has one type, not that of the design.
+        if "_motion" not in self.__dict__:
+            self.__dict__["_motion"] = self.program.design.motion(self.program.unpack(self.x))
+        return self.__dict__["_motion"]
 
     @property
     def motions(self) -> Mapping[str, Any]:
         """The motions by body, of a program that joins several; the bodies' kinds differ."""
-        if not isinstance(self.motion, Mapping):
+        motion: object = self.motion
+        if not isinstance(motion, Mapping):
             raise InputError("this solution has one motion: .motion")
-        return self.motion
+        return motion
 
     @cached_property
     def multipliers(self) -> Mapping[str, Any]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from symmotion.checks import array
 from symmotion.errors import InputError
-from symmotion.program import Evaluator, Program
+from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.journal import Failure
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.systems import certify
@@ -25,7 +25,7 @@ class Solver(Protocol):
     @property
     def max_iterations(self) -> int: ...
 
-    def solve(self, program: Program, start: object = None) -> Solution:
+    def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """The solution, whether it is solved or not; start: as `start_vector` takes it.
 
         Raises InputError for a program that it does not take.
@@ -80,7 +80,7 @@ def require_equalities(program: Program, solver: str, curved: bool = False) -> N
 
 
 def conclude(
-    program: Program,
+    program: Program[DesignT],
     solver: Solver,
     x: np.ndarray,
     multipliers: np.ndarray,
@@ -90,7 +90,7 @@ def conclude(
     seconds: Seconds | None = None,
     failure: Failure | None = None,
     evaluator: Evaluator | None = None,
-) -> Solution:
+) -> Solution[DesignT]:
     """A Solution with its certificate, which decides whether it is SOLVED.
 
     x (unknowns,), multipliers (conditions,): where the solver ended, with L = f + λᵀg.

@@ -14,7 +14,7 @@ OBJECTIVE = sm.Rigidity(2) + 0.01 * sm.TrajectoryEnergy(np.eye(3))
 def test_prices_predict_the_change_of_the_optimum():
     program = sm.affine_program(KEYS, objective=OBJECTIVE)
     solution = sm.ExactNewton().solve(program).require()
-    prices = sm.keyframe_prices(solution)
+    prices = sm.answers.keyframe_prices(solution)
     assert list(prices.ranking) == sorted(range(6), key=lambda i: -prices.size[i])
     for i in prices.ranking[:3]:
         moved = prices.downhill(i, 1e-4)
@@ -29,7 +29,7 @@ def test_prices_predict_the_change_of_the_optimum():
 def test_turning_prices_are_the_change_per_radian(keys):
     program = sm.affine_program(keys, objective=sm.Rigidity(2))
     solution = sm.ExactNewton().solve(program).require()
-    turning = sm.keyframe_prices(solution).turning
+    turning = sm.answers.keyframe_prices(solution).turning
     step = 1e-5
 
     def turn(angle):
@@ -50,7 +50,7 @@ def test_turning_prices_are_the_change_per_radian(keys):
 
 def test_a_free_keyframe_has_no_downhill():
     rigid = sm.Keyframes([0, 1, 2], np.stack([np.eye(3)] * 3))
-    prices = sm.keyframe_prices(sm.ExactNewton().solve(sm.affine_program(rigid)))
+    prices = sm.answers.keyframe_prices(sm.ExactNewton().solve(sm.affine_program(rigid)))
     with pytest.raises(sm.InputError, match="keyframe 1 costs nothing"):
         prices.downhill(1, 0.1)
     with pytest.raises(sm.InputError, match="as many"):
@@ -60,13 +60,16 @@ def test_a_free_keyframe_has_no_downhill():
 def test_automatic_knots_beat_uniform_ones_on_uneven_keyframes():
     keys = sm.examples.uneven_turns()
     uniform = sm.ExactNewton().solve(sm.affine_program(keys, refine=3, objective=sm.Rigidity(2))).require()
-    search = sm.auto_knots(keys, objective=sm.Rigidity(2), budget=3 * (len(keys) - 1), fall=0.0)
+    search = sm.answers.auto_knots(keys, objective=sm.Rigidity(2), budget=3 * (len(keys) - 1), fall=0.0)
     assert search.solution.program.unknowns <= uniform.program.unknowns
     assert search.solution.objective < 0.5 * uniform.objective
     values = [objective for _, objective in search.history]
     assert all(b <= a * (1 + 1e-9) for a, b in pairwise(values))
     assert "budget" in search.reason
-    assert "lowered the objective by less" in sm.auto_knots(keys, objective=sm.Rigidity(2), budget=99, fall=0.9).reason
+    assert (
+        "lowered the objective by less"
+        in sm.answers.auto_knots(keys, objective=sm.Rigidity(2), budget=99, fall=0.9).reason
+    )
 
 
 def test_span_contributions_add_up():
@@ -77,7 +80,7 @@ def test_span_contributions_add_up():
 @pytest.mark.parametrize("count", [2, 3, 6])
 def test_auxiliary_keyframes_lie_on_the_cubic_through_four_neighbours(count):
     keys = KEYS[:count]
-    more = sm.auxiliary_keyframes(keys, per_segment=2)
+    more = sm.answers.auxiliary_keyframes(keys, per_segment=2)
     assert len(more) == count + 2 * (count - 1)
     np.testing.assert_array_equal(more.times[::3], keys.times)
     np.testing.assert_array_equal(more.linear[::3], keys.linear)
@@ -86,18 +89,18 @@ def test_auxiliary_keyframes_lie_on_the_cubic_through_four_neighbours(count):
         t = keys.times[window]
         lagrange = [np.prod([(more.times[7] - t[j]) / (t[i] - t[j]) for j in range(4) if j != i]) for i in range(4)]
         np.testing.assert_allclose(more.linear[7], np.tensordot(lagrange, keys.linear[window], 1), atol=1e-12)
-    rigid = sm.auxiliary_keyframes(keys, rigid=True)
+    rigid = sm.answers.auxiliary_keyframes(keys, rigid=True)
     assert len(rigid.rotations()) == 2 * count - 1
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: sm.auto_knots(KEYS, objective=sm.Rigidity(), budget=-1), "budget -1"),
-        (lambda: sm.auto_knots(KEYS, objective=sm.Rigidity(), budget=1, share=0.0), "share 0"),
-        (lambda: sm.auxiliary_keyframes(KEYS, per_segment=0), "per_segment 0"),
+        (lambda: sm.answers.auto_knots(KEYS, objective=sm.Rigidity(), budget=-1), "budget -1"),
+        (lambda: sm.answers.auto_knots(KEYS, objective=sm.Rigidity(), budget=1, share=0.0), "share 0"),
+        (lambda: sm.answers.auxiliary_keyframes(KEYS, per_segment=0), "per_segment 0"),
         (
-            lambda: sm.auxiliary_keyframes(
+            lambda: sm.answers.auxiliary_keyframes(
                 sm.Keyframes([0, 1, 2], [np.eye(2), -0.1 * np.eye(2), np.diag([1.0, -1.0])]), rigid=True
             ),
             "between keyframes 1 and 2 the cubic is reflected",

@@ -109,7 +109,7 @@ def test_a_failure_and_the_studies_on_a_cluster(scheduler, client, tmp_path):
             programs = [batches.lasting(duration) for duration in (1, 2, 3)]
             answers: list[Any] = solve_many(programs, batches.Stubborn(refused=2), executor, chunk=2)
         assert (answers[1].error, answers[1].message) == ("ValueError", "not this one")
-        assert [answers[k].status for k in (0, 2)] == [sm.Status.SOLVED] * 2
+        assert [answers[k].status for k in (0, 2)] == [sm.solvers.Status.SOLVED] * 2
         said = studies("sweep", "spatial_keyframes", "--scheduler", scheduler, "-o", str(tmp_path))
         assert said.returncode == 0, said.stderr
     found = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["studies"]

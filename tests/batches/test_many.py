@@ -51,13 +51,13 @@ def _programs():
         "affine": (sm.affine_program(keys), NEWTON),
         "of lambdas": (sm.affine_program(keys, objective=own), NEWTON),
         "strain": (sm.affine_program(keys, objective=sm.StrainRate()), NEWTON),
-        "line": (sm.affine_program(keys, objective=paths, constraints=[sm.OnLine(2, [0, 0, 1])]), NEWTON),
+        "line": (sm.affine_program(keys, objective=paths, constraints=[sm.constraints.OnLine(2, [0, 0, 1])]), NEWTON),
         "near": (sm.affine_program(keys, objective=paths, constraints=[near]), sm.Ipopt()),
         "orientation": (sm.orientation_program(times, quaternions), NEWTON),
         "pose": (sm.pose_program(times, quaternions, keys.translation), NEWTON),
         "fit": (sm.fit_program(samples, controls=15, objective=1e-3 * sm.Rigidity(), huber=0.1), NEWTON),
         "free times": (sm.free_times_program(sm.examples.planar_keyframes(), objective=sm.Rigidity(2)), sm.Ipopt()),
-        "curve": (sm.curve_program([sm.CurveCondition.at(times, corners)]), NEWTON),
+        "curve": (sm.curve_program([sm.constraints.CurveCondition.at(times, corners)]), NEWTON),
         "fairing": (local_step_program(noisy_net(smooth_net(9), 0.01, seed=1), (1, 1)), NEWTON),
     }
 
@@ -142,7 +142,7 @@ def test_one_failure_does_not_lose_the_others(where, executor_of_two):
     solver = batches.Stubborn(refused=3)
     answers: list[Any] = solve_many(programs, solver, executor, progress=tallies.append, chunk=2)
     assert answers[2] == Failed(2, "ValueError", "not this one")
-    assert all(a.status is sm.Status.SOLVED for k, a in enumerate(answers) if k != 2)
+    assert all(a.status is sm.solvers.Status.SOLVED for k, a in enumerate(answers) if k != 2)
     assert [t.done for t in tallies] == [1, 2, 3, 4, 5] and (tallies[-1].failed, tallies[-1].found) == (1, 0)
     assert str(tallies[-1]).startswith("5 programs, 0 found, 1 failed")
 
@@ -150,7 +150,7 @@ def test_one_failure_does_not_lose_the_others(where, executor_of_two):
 def test_a_solve_that_does_not_converge_is_a_solution():
     (answer,) = solve_many(batches.small_programs(1), sm.ExactNewton(max_iterations=1))
     assert isinstance(answer, sm.Solution)
-    assert answer.status is sm.Status.ITERATION_LIMIT
+    assert answer.status is sm.solvers.Status.ITERATION_LIMIT
 
 
 def test_a_solver_that_cannot_take_a_program_is_a_failure():
@@ -172,7 +172,7 @@ def test_a_program_that_kills_its_worker_loses_only_itself(where):
         with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
             answers = solve_many(programs, solver, processes, chunk=2)
     assert answers[2] == Failed(2, "BrokenProcessPool", "its worker process was killed, twice")
-    assert all(a.status is sm.Status.SOLVED for k, a in enumerate(answers) if k != 2)
+    assert all(a.status is sm.solvers.Status.SOLVED for k, a in enumerate(answers) if k != 2)
 
 
 def test_starts_are_taken_along(executor_of_two):
@@ -518,13 +518,13 @@ def test_new_programs_of_one_structure_share_it():
         batches.lasting(2),
         sm.affine_program(batches.keyframes(1), objective=2 * sm.Rigidity()),
         sm.affine_program(batches.keyframes(1), objective=paths),
-        sm.affine_program(batches.keyframes(1), constraints=[sm.AngularRate(1, [0, 0, 1])]),
+        sm.affine_program(batches.keyframes(1), constraints=[sm.constraints.AngularRate(1, [0, 0, 1])]),
     ):
         assert kin.adopt(other) is other
 
 
 def test_a_jacobian_that_depends_on_the_data_is_not_shared():
-    def program(slope: float) -> sm.Program:
+    def program(slope: float) -> sm.program.Program:
         z, data = ca.SX.sym("z", 1), ca.SX.sym("data", 2)
         one = sparse.csr_array(np.ones((1, 1)))
         condition = Block(
@@ -540,7 +540,7 @@ def test_a_jacobian_that_depends_on_the_data_is_not_shared():
         term = Block(
             "t", Kernel(z, ca.SX.sym("n", 0), z, 1, True), "x", slice(0, 1), one, 1, np.ones(1), np.empty((1, 0))
         )
-        return sm.Program({"x": np.zeros((1, 1))}, (term,), (Constraint.equality(condition),), None)
+        return sm.program.Program({"x": np.zeros((1, 1))}, (term,), (Constraint.equality(condition),), None)
 
     first = program(1.0)
     edited = first.with_data("c", np.array([[4.0, 1.0]]))

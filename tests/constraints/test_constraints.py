@@ -21,10 +21,16 @@ def program(*constraints, keys=KEYS, objective: Energy = OBJECTIVE, degree=3):
 
 LINEAR = {
     "velocity": ([sm.Velocity(2, [1.0, 0.0, -0.5])], KEYS),
-    "angular rate": ([sm.AngularRate(0, [0.0, 0.0, 0.0]), sm.AngularRate(-1, [0.2, 0.0, 1.0])], KEYS),
-    "periodic": ([sm.Periodic()], CLOSED),
-    "line": ([sm.OnLine(2, [1.0, 1.0, 0.0])], KEYS),
-    "several": ([sm.Periodic(), sm.OnLine(3, [0.0, 0.0, 1.0]), sm.Velocity(1, [0, 0, 0])], CLOSED),
+    "angular rate": (
+        [sm.constraints.AngularRate(0, [0.0, 0.0, 0.0]), sm.constraints.AngularRate(-1, [0.2, 0.0, 1.0])],
+        KEYS,
+    ),
+    "periodic": ([sm.constraints.Periodic()], CLOSED),
+    "line": ([sm.constraints.OnLine(2, [1.0, 1.0, 0.0])], KEYS),
+    "several": (
+        [sm.constraints.Periodic(), sm.constraints.OnLine(3, [0.0, 0.0, 1.0]), sm.Velocity(1, [0, 0, 0])],
+        CLOSED,
+    ),
 }
 
 
@@ -42,18 +48,18 @@ def test_linear_conditions_hold_and_solvers_agree(name):
             if isinstance(c, sm.Velocity):
                 t = keys.times[c.keyframe]
                 np.testing.assert_allclose(motion(t, 1).translation, np.asarray(c.velocity), atol=1e-9)
-            if isinstance(c, sm.AngularRate):
+            if isinstance(c, sm.constraints.AngularRate):
                 t = keys.times[c.keyframe]
                 spin = motion(t, 1).linear @ np.linalg.inv(motion(t).linear)
                 w = np.asarray(c.rate)
                 expected = [[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]
                 np.testing.assert_allclose(spin, expected, atol=1e-9)
-            if isinstance(c, sm.Periodic):
+            if isinstance(c, sm.constraints.Periodic):
                 for nu in range(3):
                     first, last = (motion(t, nu) for t in motion.domain)
                     np.testing.assert_allclose(first.linear, last.linear, atol=1e-8)
                     np.testing.assert_allclose(first.translation, last.translation, atol=1e-8)
-            if isinstance(c, sm.OnLine):
+            if isinstance(c, sm.constraints.OnLine):
                 i = c.keyframe
                 off = motion(keys.times[i]).translation - keys.translation[i]
                 assert np.linalg.norm(np.cross(off, np.asarray(c.direction))) < 1e-9
@@ -80,7 +86,7 @@ def test_unit_volume_is_met_between_keyframes():
     times = np.array([0.5, 1.5, 2.5])
     free = sm.ExactNewton().solve(program()).motion
     assert np.abs(np.linalg.det(free(times).linear) - 1).max() > 1e-4
-    comparison = sm.compare(program(sm.UnitVolume(times)), [sm.ExactNewton(), sm.Ipopt()])
+    comparison = sm.compare(program(sm.constraints.UnitVolume(times)), [sm.ExactNewton(), sm.Ipopt()])
     solution = comparison.solutions[0].require(1e-8)
     assert max(comparison.agreement(comparison.solutions[1].require(1e-8)) or (1,)) < 1e-6
     np.testing.assert_allclose(np.linalg.det(solution.motion(times).linear), 1.0, atol=1e-8)
@@ -107,7 +113,7 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
     dense = dense_times(KEYS.times, 8, "")
     free = sm.ExactNewton().solve(program(objective=energy)).motion
     assert np.linalg.det(free(dense).linear).min() < 0.85
-    upright = sm.Ipopt().solve(program(sm.NoInversion(0.9), objective=energy)).require(1e-7)
+    upright = sm.Ipopt().solve(program(sm.constraints.NoInversion(0.9), objective=energy)).require(1e-7)
     assert np.linalg.det(upright.motion(dense).linear).min() > 0.9 - 1e-6
     fastest = np.linalg.norm(free(dense, 1).translation, axis=1).max()
     limit = 0.93 * fastest
@@ -123,27 +129,32 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
         (lambda: program(sm.Velocity(2, [1, 0, 0]), sm.Velocity(2, [1, 0, 0])), r"'velocity \(2\)'.* repeats"),
         (lambda: program(sm.Velocity(2, [1, 0, 0]), sm.Velocity(2, [1, 1, 0])), r"'velocity \(2\)'.* contradicts"),
         (
-            lambda: program(sm.Periodic(), sm.AngularRate(0, [0] * 3), sm.AngularRate(-1, [0, 0, 1]), keys=CLOSED),
+            lambda: program(
+                sm.constraints.Periodic(),
+                sm.constraints.AngularRate(0, [0] * 3),
+                sm.constraints.AngularRate(-1, [0, 0, 1]),
+                keys=CLOSED,
+            ),
             r"'angular rate \(2\)'.* contradicts conditions among keyframes, periodic",
         ),
         (lambda: program(sm.Velocity(2, [1, 0, 0]), objective=sm.Rigidity()), "velocity is a condition on the transl"),
         (lambda: program(sm.Velocity(6, [1, 0, 0])), "velocity: keyframe 6 does not exist, there are 6"),
         (lambda: program(sm.Velocity(0, [1, 0])), r"velocity: velocity of shape \(2,\)"),
-        (lambda: program(sm.AngularRate(0, 1.0)), r"angular rate: rate of shape \(1,\)"),
-        (lambda: program(sm.Periodic()), "the first and the last keyframe differ"),
-        (lambda: program(sm.Periodic(), keys=CLOSED, degree=1), "degree 1 has no derivative"),
-        (lambda: program(sm.UnitVolume([0.5, 9.0])), r"unit volume: time 9.0 is outside .*\[0, 5\]"),
-        (lambda: program(sm.UnitVolume([1.0])), "time 1 is a keyframe's"),
-        (lambda: program(sm.OnLine(1, [0, 0, 0])), "line: the direction is zero"),
+        (lambda: program(sm.constraints.AngularRate(0, 1.0)), r"angular rate: rate of shape \(1,\)"),
+        (lambda: program(sm.constraints.Periodic()), "the first and the last keyframe differ"),
+        (lambda: program(sm.constraints.Periodic(), keys=CLOSED, degree=1), "degree 1 has no derivative"),
+        (lambda: program(sm.constraints.UnitVolume([0.5, 9.0])), r"unit volume: time 9.0 is outside .*\[0, 5\]"),
+        (lambda: program(sm.constraints.UnitVolume([1.0])), "time 1 is a keyframe's"),
+        (lambda: program(sm.constraints.OnLine(1, [0, 0, 0])), "line: the direction is zero"),
         (lambda: sm.Tolerance(linear=-1.0), r"tolerance: linear -1.0: must be positive"),
         (lambda: sm.Tolerance(), "a tolerance on the linear part or the translation"),
         (lambda: program(sm.Tolerance(translation=0.1), objective=sm.Rigidity()), "tolerance is a condition on the tr"),
-        (lambda: program(sm.NoInversion(1.5)), "keyframe 0 has determinant 1, below 1.5"),
-        (lambda: program(sm.NoInversion(0.5, density=0)), "density 0"),
+        (lambda: program(sm.constraints.NoInversion(1.5)), "keyframe 0 has determinant 1, below 1.5"),
+        (lambda: program(sm.constraints.NoInversion(0.5, density=0)), "density 0"),
         (lambda: program(sm.SpeedBound([0, 0, 0], -1)), "limit -1"),
         (lambda: program(sm.SpeedBound([0, 0], 1)), r"\(P, 3\)"),
         (lambda: sm.affine_program(KEYS, constraints=cast(Any, ["closed"])), "'closed' is no condition"),
-        (lambda: sm.ExactNewton().solve(program(sm.NoInversion(0.5))), "'no inversion' is an inequality"),
+        (lambda: sm.ExactNewton().solve(program(sm.constraints.NoInversion(0.5))), "'no inversion' is an inequality"),
     ],
 )
 def test_bad_conditions_name_the_culprit(make, message):
@@ -152,10 +163,10 @@ def test_bad_conditions_name_the_culprit(make, message):
 
 
 def test_conditions_follow_moved_keyframes():
-    p = program(sm.AngularRate(2, [0, 0, 1.0]))
+    p = program(sm.constraints.AngularRate(2, [0, 0, 1.0]))
     turned = KEYS.moved(2, Rotation.from_rotvec([0.1, 0, 0]).as_matrix() @ KEYS.linear[2])
     moved = sm.ExactNewton().solve(p.with_keyframes(turned)).require()
-    direct = sm.ExactNewton().solve(program(sm.AngularRate(2, [0, 0, 1.0]), keys=turned)).require()
+    direct = sm.ExactNewton().solve(program(sm.constraints.AngularRate(2, [0, 0, 1.0]), keys=turned)).require()
     assert moved.objective == pytest.approx(direct.objective, rel=1e-10)
 
 

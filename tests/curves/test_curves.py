@@ -73,7 +73,7 @@ def test_derivatives_of_a_bezier_curve_are_bezier_curves_of_differences(nu):
 
 def test_derivative_of_any_spline():
     broken = kochanek_bartels(TIMES, VALUES, continuity=0.5)
-    periodic = sm.cubic_interpolant(TIMES, CLOSED, "periodic")
+    periodic = sm.splines.cubic_interpolant(TIMES, CLOSED, "periodic")
     for curve in (broken, periodic, catmull_rom(TIMES, VALUES)):
         for nu in range(4):
             # Not at the right end, where the periodic spline takes its value from the left one.
@@ -345,7 +345,7 @@ def test_symbolic_b_splines_agree_with_scipy(inner, degree, clamped):
     times = np.linspace(knots[degree], knots[-degree - 1], 25)
     for nu in range(degree + 2):
         value = np.asarray(ca.Function("value", [t, k, c], [curve(t, nu)])(times, knots, controls))
-        expected = sm.Spline(sm.BSplineBasis(knots, degree), controls)(times, nu)
+        expected = sm.splines.Spline(sm.splines.BSplineBasis(knots, degree), controls)(times, nu)
         np.testing.assert_allclose(value, expected, atol=1e-9 * max(1, np.abs(expected).max()))
         if nu <= degree:
             np.testing.assert_allclose(expected, BSpline(knots, controls, degree)(times, nu), atol=1e-9)
@@ -359,17 +359,17 @@ def test_symbolic_b_splines_are_differentiable_in_knots_and_controls():
     by_knots, by_controls = ca.Function("slopes", [k, c], [ca.jacobian(curve, k), ca.jacobian(curve, c)])(
         knots, controls
     )
-    np.testing.assert_allclose(by_controls, sm.BSplineBasis(knots, 3)(times), atol=1e-14)
+    np.testing.assert_allclose(by_controls, sm.splines.BSplineBasis(knots, 3)(times), atol=1e-14)
     assert np.isfinite(np.asarray(by_knots)).all()
     for j in (4, 5):
         step = 1e-6 * np.eye(10)[j]
-        there, back = (sm.Spline(sm.BSplineBasis(knots + s, 3), controls)(times) for s in (step, -step))
+        there, back = (sm.splines.Spline(sm.splines.BSplineBasis(knots + s, 3), controls)(times) for s in (step, -step))
         np.testing.assert_allclose(np.asarray(by_knots)[:, [j]], (there - back) / 2e-6, atol=1e-8)
 
 
 def test_symbolic_b_splines_beyond_their_domain_and_as_numbers():
     knots, controls = np.array([0, 0, 0, 0, 0.4, 1, 1, 1, 1]), RNG.normal(size=(5, 2))
-    numeric = sm.Spline(sm.BSplineBasis(knots, 3), controls)
+    numeric = sm.splines.Spline(sm.splines.BSplineBasis(knots, 3), controls)
     curve = SymbolicSpline(knots, controls, 3)
     t = ca.MX.sym("t")
     assert np.isnan(np.asarray(ca.Function("value", [t], [curve(t)])(1.2))).all()
@@ -394,7 +394,7 @@ CURVES = {
     "conic": RationalQuadratic(np.array([[0.0, 0], [2, 3], [4, 0]]), 2.0),
     "Catmull–Rom": catmull_rom(TIMES, VALUES),
     "broken": kochanek_bartels(TIMES, VALUES, continuity=-0.7, tension=0.3),
-    "periodic": sm.cubic_interpolant(TIMES, CLOSED, "periodic"),
+    "periodic": sm.splines.cubic_interpolant(TIMES, CLOSED, "periodic"),
 }
 
 
@@ -493,10 +493,10 @@ def test_bad_timing():
 
 def test_c2_cubics_close_or_rest_as_scipy_says():
     t = np.linspace(TIMES[0], TIMES[-1], 101)
-    natural = hermite_spline(TIMES, VALUES, sm.cubic_interpolant(TIMES, VALUES)(TIMES, 1))
+    natural = hermite_spline(TIMES, VALUES, sm.splines.cubic_interpolant(TIMES, VALUES)(TIMES, 1))
     np.testing.assert_allclose(natural(t), CubicSpline(TIMES, VALUES, bc_type="natural")(t), atol=1e-12)
     # Equal steps: `splines` 0.3.3 takes the second step for the first in its start condition.
     even = np.arange(7.0)
     t = np.linspace(0, 6, 101)
     package = splines.Natural(VALUES, list(even)).evaluate(t)
-    np.testing.assert_allclose(sm.cubic_interpolant(even, VALUES)(t), package, atol=1e-13)
+    np.testing.assert_allclose(sm.splines.cubic_interpolant(even, VALUES)(t), package, atol=1e-13)

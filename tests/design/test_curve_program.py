@@ -232,7 +232,7 @@ def test_a_curve_seeds_a_program_and_data_change_in_place():
     assert np.abs(Evaluator(program).values(start)).max() < 0.5
     t = grid(again)
     assert np.abs(again(t) - seed(t)).max() < 0.5
-    natural = sm.cubic_interpolant(TIMES, VALUES)
+    natural = sm.splines.cubic_interpolant(TIMES, VALUES)
     exact = program.design.motion(program.unpack(program.pack(program.design.unknowns(natural))))
     np.testing.assert_allclose(exact(t), natural(t), atol=1e-12)
     solution = sm.ExactNewton().solve(program, start=seed).require()

@@ -18,7 +18,7 @@ def start_motion(program) -> sm.AffineMotion:
 def test_cubic_start_is_the_interpolating_spline_refined_exactly(refine):
     program = sm.affine_program(KEYS, refine=refine)
     motion = start_motion(program)
-    spline = sm.cubic_interpolant(KEYS.times, KEYS.linear)
+    spline = sm.splines.cubic_interpolant(KEYS.times, KEYS.linear)
     t = np.linspace(*motion.domain, 201)
     assert np.abs(motion(t).linear - spline(t)).max() < 1e-12
     assert motion.basis.n == len(KEYS) + 2 + refine * (len(KEYS) - 1)
@@ -72,7 +72,7 @@ def test_translation_that_the_objective_does_not_see_keeps_its_spline():
     solution = sm.ExactNewton().solve(sm.affine_program(KEYS)).require()
     a, b = solution.motion.domain
     t = np.linspace(a, b, 50)
-    spline = sm.cubic_interpolant(KEYS.times, KEYS.translation)
+    spline = sm.splines.cubic_interpolant(KEYS.times, KEYS.translation)
     np.testing.assert_allclose(solution.motion(t).translation, spline(t), atol=1e-12)
 
 

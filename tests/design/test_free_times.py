@@ -146,7 +146,7 @@ def test_symmetric_keyframes_get_symmetric_times():
 def test_a_translation_that_the_objective_does_not_see_follows_the_times():
     solution = sm.Ipopt().solve(free_times_program(KEYS)).require()
     times = solution.program.design.times(solution.x)
-    spline = sm.cubic_interpolant(times, KEYS.translation)
+    spline = sm.splines.cubic_interpolant(times, KEYS.translation)
     t = np.linspace(0, 4, 50)
     np.testing.assert_allclose(solution.motion(t).translation, spline(t), atol=1e-12)
     assert not solution.multipliers["keyframes"].translation.any()

@@ -69,7 +69,7 @@ def test_about_one_axis_the_optimum_is_the_natural_cubic():
     heights = np.array([0.0, 2.0, 1.0, 3.9, 3.0])
     program = orientation_program(TIMES, qa.exp(heights[:, None] / 2 * AXIS), objective=sm.Torque(2.0 * np.ones(3)))
     solution = sm.ExactNewton().solve(program).require(1e-8)
-    scalar, t = sm.cubic_interpolant(TIMES, heights), np.linspace(0, 3.2, 300)
+    scalar, t = sm.splines.cubic_interpolant(TIMES, heights), np.linspace(0, 3.2, 300)
     np.testing.assert_allclose(solution.motion.rate(t), scalar(t, 1)[:, None] * AXIS, atol=1e-9)
     np.testing.assert_allclose(solution.motion.acceleration(t), scalar(t, 2)[:, None] * AXIS, atol=1e-8)
 
@@ -143,7 +143,7 @@ def test_whole_turns_about_one_axis_stay():
     heights = np.array([0.0, 0.5, 1.0, 1.6, 2.0])
     turns = [0, 1, 0, 0]
     program = orientation_program(TIMES, qa.exp(heights[:, None] / 2 * AXIS), turns=turns)
-    scalar = sm.cubic_interpolant(TIMES, heights + 2 * np.pi * np.array([0, 0, 1, 1, 1]))
+    scalar = sm.splines.cubic_interpolant(TIMES, heights + 2 * np.pi * np.array([0, 0, 1, 1, 1]))
     t = np.linspace(0, 3.2, 100)
     start = program.design.motion(program.start)
     np.testing.assert_allclose(start.rate(t), scalar(t, 1)[:, None] * AXIS, atol=1e-9)
@@ -190,7 +190,7 @@ def test_a_start_is_carried_to_finer_knots():
     assert warm.objective == pytest.approx(sm.ExactNewton().solve(fine).objective, rel=1e-9)
     again = sm.ExactNewton().solve(fine, start=warm)
     assert again.iterations == 0
-    basis = sm.BSplineBasis.clamped(np.linspace(0, 3.2, 41), 3)
+    basis = sm.splines.BSplineBasis.clamped(np.linspace(0, 3.2, 41), 3)
     near, _ = carried(coarse.motion, basis)
     t = np.linspace(0, 3.2, 100)
     assert np.abs(near(t) - coarse.motion(t)).max() < 1e-3
@@ -204,7 +204,7 @@ def test_pose_program_is_both_programs_where_nothing_couples_them():
     program = pose_program(TIMES, Q, places, objective=sm.Torque(INERTIA) + ORIGIN)
     solution = sm.ExactNewton().solve(program).require(1e-8)
     alone = sm.ExactNewton().solve(orientation_program(TIMES, Q, objective=sm.Torque(INERTIA)))
-    spline, t = sm.cubic_interpolant(TIMES, places), np.linspace(0, 3.2, 50)
+    spline, t = sm.splines.cubic_interpolant(TIMES, places), np.linspace(0, 3.2, 50)
     np.testing.assert_allclose(solution.motion(t).translation, spline(t), atol=1e-8)
     assert solution.terms["torque"] == pytest.approx(alone.objective, rel=1e-9)
     np.testing.assert_allclose(solution.multipliers["keyframes"], alone.multipliers["keyframes"], atol=1e-5)

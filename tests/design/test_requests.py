@@ -1,6 +1,7 @@
 """What a user may ask of a program, in public names: each request in at most three lines beyond the program itself."""
 
 import pickle
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -9,8 +10,10 @@ from problems import body_points
 from scipy.spatial.transform import Rotation
 
 import symmotion as sm
+from symmotion.systems import HessianTriangle
 
 KEYS = sm.examples.random_keyframes(6, 60, 1)
+WRONG: Any = sm  # what a type checker would refuse
 POINTS = body_points(3)
 BOTH = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(POINTS)
 TIMES = np.array([0.0, 1.0, 2.2, 3.0, 4.5])
@@ -19,7 +22,7 @@ PLACES = np.random.default_rng(0).normal(size=(5, 3))
 TIP = np.array([0.3, -0.1, 0.2])
 
 
-def along(motion, count=400):
+def along(motion: Any, count: int = 400) -> np.ndarray:
     return np.linspace(*motion.domain, count)
 
 
@@ -138,7 +141,7 @@ def test_derivatives_of_coupled_blocks_against_differences():
     slope = (evaluator.values(x + step * d) - evaluator.values(x - step * d)) / (2 * step)
     np.testing.assert_allclose(evaluator.jacobian(x) @ d, slope, atol=1e-6)
     mu = rng.normal(size=program.conditions)
-    triangle = sm.systems.HessianTriangle.of(program)
+    triangle = HessianTriangle.of(program)
     _, values = evaluator.second_order(x, triangle.pattern, mu)
     bend = (
         evaluator.gradient(x + step * d)
@@ -276,7 +279,7 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: sm.JetConstraint("speed"), "function 'speed': a function of a jet"),
+        (lambda: WRONG.JetConstraint("speed"), "function 'speed': a function of a jet"),
         (lambda: sm.JetConstraint(lambda jet: jet.v, lower=1.0, upper=0.0), "the lower bound is above"),
         (lambda: sm.JetConstraint(lambda jet: jet.v, lower=-np.inf, upper=np.inf), "both bounds are infinite"),
         (lambda: sm.JetConstraint(lambda jet: jet.v, upper=np.nan), "a bound is not a number"),
@@ -298,11 +301,11 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
         (lambda: PROGRAMS["affine"]([sm.Tolerance(turn=0.1)]), "give linear"),
         (lambda: PROGRAMS["curve"]([sm.RateBound(1.0)]), "rate"),
         (lambda: sm.join({"a": PROGRAMS["affine"](())}), "two names or more"),
-        (lambda: sm.join({"a": PROGRAMS["affine"](()), "b": 3}), "programs, 'b': a program"),
-        (lambda: sm.orientation_program(TIMES, TURNS, knots_per_interval=2), "knots_per_interval is refine"),
-        (lambda: sm.orientation_program(TIMES, TURNS, inertia=(1, 2, 2)), r"inertia is objective=Torque\(inertia\)"),
-        (lambda: sm.affine_program("walk.bvh"), "read_keyframes"),
-        (lambda: sm.measure(sm.Rigidity(), KEYS), "the motion comes first"),
+        (lambda: WRONG.join({"a": PROGRAMS["affine"](()), "b": 3}), "programs, 'b': a program"),
+        (lambda: WRONG.orientation_program(TIMES, TURNS, knots_per_interval=2), "knots_per_interval is refine"),
+        (lambda: WRONG.orientation_program(TIMES, TURNS, inertia=(1, 2, 2)), r"inertia is objective=Torque\(inertia\)"),
+        (lambda: WRONG.affine_program("walk.bvh"), "read_keyframes"),
+        (lambda: WRONG.measure(sm.Rigidity(), KEYS), "the motion comes first"),
     ],
 )
 def test_bad_input_names_the_argument(make, message):

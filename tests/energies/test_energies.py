@@ -153,7 +153,7 @@ def test_only_energies_add():
 
 
 def test_an_energy_without_integrand_is_refused():
-    class Nothing(sm.Energy):
+    class Nothing(sm.energies.Energy):
         pass
 
     with pytest.raises(sm.InputError, match="energy Nothing states neither residuals nor an integrand"):

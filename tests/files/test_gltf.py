@@ -16,7 +16,7 @@ SPATIAL = sm.examples.spatial_keyframes()
 RNG = np.random.default_rng(4)
 
 
-def spline_motion(basis: sm.BSplineBasis, dimension: int = 3, place=0.0) -> sm.AffineMotion:
+def spline_motion(basis: sm.splines.BSplineBasis, dimension: int = 3, place=0.0) -> sm.AffineMotion:
     rng = np.random.default_rng(basis.degree)
     return sm.AffineMotion(
         basis, rng.normal(size=(basis.n, dimension, dimension)), place + rng.normal(size=(basis.n, dimension))
@@ -25,8 +25,10 @@ def spline_motion(basis: sm.BSplineBasis, dimension: int = 3, place=0.0) -> sm.A
 
 def pose_motion(degree: int = 3) -> sm.PoseMotion:
     poses = sm.examples.random_keyframes(5, 80, 2)
-    path = sm.cubic_interpolant(poses.times, poses.translation)
-    return sm.PoseMotion(sm.interpolate_quaternions(poses.times, poses.rotations()), path.elevated(degree - 3))
+    path = sm.splines.cubic_interpolant(poses.times, poses.translation)
+    return sm.PoseMotion(
+        sm.quaternions.interpolate_quaternions(poses.times, poses.rotations()), path.elevated(degree - 3)
+    )
 
 
 def worst_distance(motion, path, times, seconds_per_unit=1.0) -> float:
@@ -43,12 +45,14 @@ def worst_distance(motion, path, times, seconds_per_unit=1.0) -> float:
 
 EXACT = {
     "least distorting, C¹": lambda: sm.ExactNewton().solve(sm.affine_program(SPATIAL)).require().motion,
-    "planar, C²": lambda: sm.component_cubic(sm.examples.planar_keyframes()),
-    "degree 1": lambda: spline_motion(sm.BSplineBasis.clamped([0, 1, 3], 1)),
-    "degree 2, closed": lambda: spline_motion(sm.BSplineBasis.closed([0, 1, 2.5, 3, 4, 5], 2), 2),
-    "cubic, only continuous": lambda: spline_motion(sm.BSplineBasis([0, 0, 0, 0, 1, 1, 1, 3, 3, 3, 3], 3)),
-    "uniform knots": lambda: spline_motion(sm.BSplineBasis(np.arange(10.0), 3)),
-    "far away, at 1.3e9 s": lambda: spline_motion(sm.BSplineBasis.clamped(1.3e9 + np.array([0, 2, 3]), 3), 3, 1e5),
+    "planar, C²": lambda: sm.interpolants.component_cubic(sm.examples.planar_keyframes()),
+    "degree 1": lambda: spline_motion(sm.splines.BSplineBasis.clamped([0, 1, 3], 1)),
+    "degree 2, closed": lambda: spline_motion(sm.splines.BSplineBasis.closed([0, 1, 2.5, 3, 4, 5], 2), 2),
+    "cubic, only continuous": lambda: spline_motion(sm.splines.BSplineBasis([0, 0, 0, 0, 1, 1, 1, 3, 3, 3, 3], 3)),
+    "uniform knots": lambda: spline_motion(sm.splines.BSplineBasis(np.arange(10.0), 3)),
+    "far away, at 1.3e9 s": lambda: spline_motion(
+        sm.splines.BSplineBasis.clamped(1.3e9 + np.array([0, 2, 3]), 3), 3, 1e5
+    ),
 }
 
 
@@ -69,7 +73,7 @@ def test_cubic_affine_motions_are_in_the_file_exactly(tmp_path, case, seconds):
 
 
 def test_the_clock_of_the_file(tmp_path):
-    motion = sm.component_cubic(sm.examples.planar_keyframes())
+    motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     write_gltf(motion, tmp_path / "m.glb", seconds=6)
     scene = Scene(tmp_path / "m.glb")
     times = scene.array(scene.gltf.animations[0].samplers[0].input)[:, 0]
@@ -92,7 +96,7 @@ def test_the_skin_is_one_that_viewers_take(tmp_path):
 
 @pytest.mark.parametrize("degree", [4, 6])
 def test_higher_degrees_are_sampled_to_the_tolerance(tmp_path, degree):
-    motion = spline_motion(sm.BSplineBasis.clamped([0, 1, 3], degree))
+    motion = spline_motion(sm.splines.BSplineBasis.clamped([0, 1, 3], degree))
     path = tmp_path / "m.glb"
     coarse, fine = (write_gltf(motion, path, tolerance=tolerance) for tolerance in (1e-2, 1e-5))
     worst = worst_distance(motion, path, RNG.uniform(0, 3, 60))
@@ -108,7 +112,12 @@ def along_a_net():
 
 @pytest.mark.parametrize(
     "motion",
-    [sm.polar_blend(SPATIAL), sm.steady_morph(SPATIAL), sm.log_blend(sm.examples.sheared_turn()), along_a_net()],
+    [
+        sm.interpolants.polar_blend(SPATIAL),
+        sm.interpolants.steady_morph(SPATIAL),
+        sm.interpolants.log_blend(sm.examples.sheared_turn()),
+        along_a_net(),
+    ],
     ids=lambda motion: repr(motion)[:40],
 )
 def test_motions_that_are_no_splines_are_sampled_to_the_tolerance(tmp_path, motion):
@@ -149,7 +158,7 @@ def test_an_orientation_alone_turns_about_the_origin(tmp_path):
     motion = pose_motion()
     written = write_gltf(motion.orientation, tmp_path / "m.glb")
     turning = sm.PoseMotion(
-        motion.orientation, sm.Spline(motion.orientation.basis, np.zeros((motion.orientation.basis.n, 3)))
+        motion.orientation, sm.splines.Spline(motion.orientation.basis, np.zeros((motion.orientation.basis.n, 3)))
     )
     assert worst_distance(turning, tmp_path / "m.glb", RNG.uniform(*motion.domain, 30)) <= 1.05 * written.error
 
@@ -181,33 +190,33 @@ def test_the_letter_is_closed_and_not_reflected(tmp_path):
 
 
 def test_one_sided_slopes_and_jumps():
-    basis = sm.BSplineBasis([0, 0, 0, 1, 1, 2, 2, 2], 2)
-    hat = sm.Spline(basis, np.array([0.0, 1, 2, 1, 0]))
+    basis = sm.splines.BSplineBasis([0, 0, 0, 1, 1, 2, 2, 2], 2)
+    hat = sm.splines.Spline(basis, np.array([0.0, 1, 2, 1, 0]))
     held = spline_keys(hat, basis.breakpoints)
     np.testing.assert_allclose([held.arriving[1], held.leaving[1]], [2, -2], atol=1e-14)
-    broken = sm.Spline(sm.BSplineBasis([0, 0, 1, 1, 2, 2], 1), np.array([0.0, 1, 3, 2]))
+    broken = sm.splines.Spline(sm.splines.BSplineBasis([0, 0, 1, 1, 2, 2], 1), np.array([0.0, 1, 3, 2]))
     with pytest.raises(InputError, match="the motion jumps at time 1"):
         spline_keys(broken, np.array([0.0, 1, 2]))
     with pytest.raises(InputError, match="the motion jumps at time 1"):
-        spline_keys(sm.Spline(broken.basis, 1e6 + 1e-4 * broken.control_points), np.array([0.0, 1, 2]))
-    whole = sm.Spline(broken.basis, np.array([0.0, 1, 1, 2]))  # a knot that could jump and does not
+        spline_keys(sm.splines.Spline(broken.basis, 1e6 + 1e-4 * broken.control_points), np.array([0.0, 1, 2]))
+    whole = sm.splines.Spline(broken.basis, np.array([0.0, 1, 1, 2]))  # a knot that could jump and does not
     np.testing.assert_allclose(spline_keys(whole, np.array([0.0, 1, 2])).values, [0, 1, 2])
 
 
 @pytest.mark.parametrize("turns", [1, 15, 16, 32])
-@pytest.mark.parametrize("write", [write_gltf, sm.write_usd], ids=["glb", "usda"])
+@pytest.mark.parametrize("write", [write_gltf, sm.files.write_usd], ids=["glb", "usda"])
 def test_whole_turns_between_looks_are_seen(tmp_path, write, turns):
     # Sixteen turns in one span look like rest at every sixteenth of it.
     ends = np.array([[1.0, 0, 0, 0], [1, 0, 0, 0]])
-    spin = sm.QuaternionMotion(sm.BSplineBasis.clamped([0, 1], 1), ends, np.array([[0, 0, turns * np.pi]]))
+    spin = sm.QuaternionMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), ends, np.array([[0, 0, turns * np.pi]]))
     assert write(spin, tmp_path / f"m.{'glb' if write is write_gltf else 'usda'}").keys > 2 * turns
 
 
 @pytest.mark.parametrize("turns", [16, 3])
 def test_a_spinning_node_is_where_the_motion_has_it(tmp_path, turns):
     ends = np.array([[1.0, 0, 0, 0], [1, 0, 0, 0]])
-    spin = sm.QuaternionMotion(sm.BSplineBasis.clamped([0, 1], 1), ends, np.array([[0, 0, turns * np.pi]]))
-    still_ = sm.Spline(sm.BSplineBasis.clamped([0, 1], 1), np.zeros((2, 3)))
+    spin = sm.QuaternionMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), ends, np.array([[0, 0, turns * np.pi]]))
+    still_ = sm.splines.Spline(sm.splines.BSplineBasis.clamped([0, 1], 1), np.zeros((2, 3)))
     written = write_gltf(spin, tmp_path / "m.glb")
     worst = worst_distance(sm.PoseMotion(spin, still_), tmp_path / "m.glb", RNG.uniform(0, 1, 40))
     assert worst <= 1e-4 * written.size
@@ -225,15 +234,15 @@ class Stepping:
 
 
 def jumping() -> sm.AffineMotion:
-    return spline_motion(sm.BSplineBasis([0, 0, 0.5, 0.5, 2, 2], 1))
+    return spline_motion(sm.splines.BSplineBasis([0, 0, 0.5, 0.5, 2, 2], 1))
 
 
 def still() -> sm.AffineMotion:
-    return sm.AffineMotion(sm.BSplineBasis.clamped([0, 1], 1), np.zeros((2, 3, 3)))
+    return sm.AffineMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), np.zeros((2, 3, 3)))
 
 
 def infinite() -> sm.AffineMotion:
-    return sm.AffineMotion(sm.BSplineBasis.clamped([0, 1], 1), np.full((2, 3, 3), np.inf))
+    return sm.AffineMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), np.full((2, 3, 3), np.inf))
 
 
 MESH = (np.eye(3), np.array([[0, 1, 2]]))
@@ -248,7 +257,8 @@ MESH = (np.eye(3), np.array([[0, 1, 2]]))
         (infinite(), "m.glb", {}, "not finite at time 0"),
         (SPATIAL, "m.glb", {}, "a Keyframes is no motion over one time"),
         (smooth_net(5), "m.glb", {}, "a TwoParameterMotion is no motion over one time"),
-        (sm.squad([0, 1], [[1, 0, 0, 0], [0.6, 0.8, 0, 0]]), "m.glb", {}, "a SegmentCurve is no motion over one time"),
+        (sm.interpolants.squad([0, 1], [[1, 0, 0, 0], [0.6, 0.8, 0, 0]]), "m.glb", {},
+         "a SegmentCurve is no motion over one time"),
         (pose_motion(), "m.gltf", {}, "m.gltf: format 'gltf' is unknown; there are glb"),
         (pose_motion(), "no/m.glb", {}, "no/m.glb: cannot be written: there is no directory"),
         (pose_motion(), "m.glb", {"seconds": 0}, "seconds 0: a positive duration"),
@@ -261,7 +271,7 @@ MESH = (np.eye(3), np.array([[0, 1, 2]]))
         (pose_motion(), "m.glb", {"body": (MESH[0], [[0, 1]])}, r"triangles of shape \(1, 2\)"),
         (pose_motion(), "m.glb", {"body": (MESH[0], [[0.0, 1, 2]])}, "triangles .* whole numbers"),
         (pose_motion(), "m.glb", {"body": (MESH[0], [[0, 1, 2], [0, 1, 3]])}, "triangle 1 of the body has a corner"),
-        (spline_motion(sm.BSplineBasis.clamped([0, 1, 1 + 1e-9, 2], 3)), "m.glb", {}, "fall together in single"),
+        (spline_motion(sm.splines.BSplineBasis.clamped([0, 1, 1 + 1e-9, 2], 3)), "m.glb", {}, "together in single"),
     ],
 )  # fmt: skip
 def test_bad_requests(tmp_path, monkeypatch, motion, name, options, message):
@@ -273,7 +283,7 @@ def test_bad_requests(tmp_path, monkeypatch, motion, name, options, message):
 
 
 def test_numbers_beyond_single_precision(tmp_path):
-    motion = spline_motion(sm.BSplineBasis.clamped([0, 1], 1))
+    motion = spline_motion(sm.splines.BSplineBasis.clamped([0, 1], 1))
     large = sm.AffineMotion(motion.basis, motion.linear, 1e39 * motion.translation)
     with pytest.raises(InputError, match="beyond the range of single precision"):
         write_gltf(large, tmp_path / "m.glb")

@@ -176,7 +176,8 @@ def test_a_file_of_pygltflib_s_making(tmp_path):
 def pose() -> sm.PoseMotion:
     keys = sm.examples.random_keyframes(4, 70, 3)
     return sm.PoseMotion(
-        sm.interpolate_quaternions(keys.times, keys.rotations()), sm.cubic_interpolant(keys.times, keys.translation)
+        sm.quaternions.interpolate_quaternions(keys.times, keys.rotations()),
+        sm.splines.cubic_interpolant(keys.times, keys.translation),
     )
 
 

@@ -15,20 +15,22 @@ RNG = np.random.default_rng(8)
 
 def linear_motion(dimension: int = 3) -> sm.AffineMotion:
     rng = np.random.default_rng(dimension)
-    basis = sm.BSplineBasis.clamped([2, 3, 3.5, 6], 1)
+    basis = sm.splines.BSplineBasis.clamped([2, 3, 3.5, 6], 1)
     return sm.AffineMotion(basis, rng.normal(size=(4, dimension, dimension)), rng.normal(size=(4, dimension)))
 
 
 def pose_motion() -> sm.PoseMotion:
     poses = sm.examples.random_keyframes(5, 80, 2)
-    path = sm.cubic_interpolant(poses.times, poses.translation)
-    return sm.PoseMotion(sm.interpolate_quaternions(poses.times, poses.rotations()), path)
+    path = sm.splines.cubic_interpolant(poses.times, poses.translation)
+    return sm.PoseMotion(sm.quaternions.interpolate_quaternions(poses.times, poses.rotations()), path)
 
 
-def broken_path(domain) -> sm.Spline:
+def broken_path(domain) -> sm.splines.Spline:
     """A polygon that jumps in the middle."""
     a, b = domain
-    return sm.Spline(sm.BSplineBasis([a, a, (a + b) / 2, (a + b) / 2, b, b], 1), np.arange(12.0).reshape(4, 3))
+    return sm.splines.Spline(
+        sm.splines.BSplineBasis([a, a, (a + b) / 2, (a + b) / 2, b, b], 1), np.arange(12.0).reshape(4, 3)
+    )
 
 
 def worst_distance(motion, path, seconds_per_unit=1.0) -> float:
@@ -61,10 +63,10 @@ def test_motions_of_degree_1_are_in_the_file_exactly(tmp_path, dimension, second
 
 
 MOTIONS = {
-    "planar": lambda: sm.component_cubic(sm.examples.planar_keyframes()),
-    "spatial": lambda: sm.component_cubic(sm.examples.spatial_keyframes()),
+    "planar": lambda: sm.interpolants.component_cubic(sm.examples.planar_keyframes()),
+    "spatial": lambda: sm.interpolants.component_cubic(sm.examples.spatial_keyframes()),
     "rigid": pose_motion,
-    "no spline": lambda: sm.steady_morph(sm.examples.spatial_keyframes()),
+    "no spline": lambda: sm.interpolants.steady_morph(sm.examples.spatial_keyframes()),
     "orientation": lambda: pose_motion().orientation,
 }
 
@@ -78,7 +80,7 @@ def test_others_are_sampled_to_the_tolerance(tmp_path, name):
     # Halving an interval takes the error to a quarter.
     assert 2 * coarse.keys < fine.keys < 6 * coarse.keys
     if name == "orientation":
-        motion = sm.PoseMotion(motion, sm.Spline(motion.basis, np.zeros((motion.basis.n, 3))))
+        motion = sm.PoseMotion(motion, sm.splines.Spline(motion.basis, np.zeros((motion.basis.n, 3))))
     worst = worst_distance(motion, tmp_path / "m.usda")
     assert 0.2 * fine.error < worst <= 1.05 * fine.error
 
@@ -108,8 +110,8 @@ def test_write_motion_chooses_by_the_ending(tmp_path):
 @pytest.mark.parametrize(
     ("motion", "name", "options", "message"),
     [
-        (sm.AffineMotion(sm.BSplineBasis([0, 0, 1, 1, 3, 3], 1), np.arange(16.0).reshape(4, 2, 2)), "m.usda", {},
-         "the motion jumps at time 1"),
+        (sm.AffineMotion(sm.splines.BSplineBasis([0, 0, 1, 1, 3, 3], 1), np.arange(16.0).reshape(4, 2, 2)), "m.usda",
+         {}, "the motion jumps at time 1"),
         (sm.PoseMotion(pose_motion().orientation, broken_path(pose_motion().domain)), "m.usda", {},
          "the motion jumps at time 2: keys"),
         (pose_motion(), "m.usd", {}, "m.usd: format 'usd' is unknown; there are usda"),

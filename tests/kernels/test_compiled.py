@@ -19,6 +19,7 @@ from symmotion.kernels.mapped import Mapped, kernel_function
 from symmotion.kernels.source import ARITHMETIC, BY_LANE, c_source
 from symmotion.program import Evaluator
 from symmotion.report import StudyOptions
+from symmotion.systems import Condensed
 
 REMEMBERED = (compiled._opened, compiled._built, compiled._path, compiled._compiler, compiled._toolchain)
 
@@ -94,7 +95,7 @@ def test_threads_do_not_change_a_bit(cache, kernels):
 
 
 def _everything(evaluator: Evaluator, x: np.ndarray) -> list[Any]:
-    system = sm.systems.Condensed.of(evaluator.program)
+    system = Condensed.of(evaluator.program)
     line = evaluator.line(x, x)
     return [*evaluator.second_order(x, system.pattern), evaluator.gradient(x), line, np.array(evaluator.objective(x))]
 

@@ -92,7 +92,7 @@ def test_the_polar_baseline_of_rigid_keyframes_is_rigid_and_scipys_rotation(rota
 def test_the_planar_polar_baseline_turns_by_the_spline_of_the_angle():
     keys = sm.examples.planar_keyframes()
     t = np.linspace(0, 1, 33)
-    angle = sm.cubic_interpolant(keys.times, [0.0, 70.0, 150.0, 240.0])(t)
+    angle = sm.splines.cubic_interpolant(keys.times, [0.0, 70.0, 150.0, 240.0])(t)
     turns = orthonormalise(polar_blend(keys), t).rotations
     np.testing.assert_allclose(turns, np.stack([rotation_2d(a) for a in angle]), atol=1e-12)
 

@@ -9,7 +9,7 @@ RNG = np.random.default_rng(1)
 
 
 def motion(dimension=3, degree=3):
-    basis = sm.BSplineBasis.clamped([0.0, 0.7, 1.5, 2.0], degree)
+    basis = sm.splines.BSplineBasis.clamped([0.0, 0.7, 1.5, 2.0], degree)
     linear = RNG.normal(size=(basis.n, dimension, dimension))
     return sm.AffineMotion(basis, linear, RNG.normal(size=(basis.n, dimension)))
 
@@ -19,7 +19,7 @@ def test_body_points_travel_on_splines_with_moved_controls(dimension):
     m = motion(dimension)
     p = RNG.normal(size=dimension)
     t = np.linspace(0, 2, 20).reshape(4, 5)
-    expected = sm.Spline(m.basis, m.translation + m.linear @ p)
+    expected = sm.splines.Spline(m.basis, m.translation + m.linear @ p)
     for nu in range(3):
         assert m.trajectory(p, t, nu).shape == (4, 5, 1, dimension)
         np.testing.assert_allclose(m.trajectory(p, t, nu)[..., 0, :], expected(t, nu), atol=1e-12)
@@ -101,8 +101,8 @@ EYES = np.stack([np.eye(3)] * 3)
         (lambda: sm.Keyframes([0, 1, 2], EYES * [[[1]], [[0]], [[1]]]).require_orientation("x"), "1 is singular"),
         (lambda: sm.examples.quarter_turn().rotations(), "three dimensions"),
         (lambda: sm.examples.random_keyframes(1, 40, 0), "at least 2"),
-        (lambda: sm.AffineMotion(sm.BSplineBasis.clamped([0, 1], 1), EYES), r"\(2, d, d\)"),
-        (lambda: sm.AffineMotion(sm.BSplineBasis.clamped([0, 1], 1), EYES[:2], np.zeros((2, 2))), r"\(2, 3\)"),
+        (lambda: sm.AffineMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), EYES), r"\(2, d, d\)"),
+        (lambda: sm.AffineMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), EYES[:2], np.zeros((2, 2))), r"\(2, 3\)"),
     ],
 )
 def test_bad_input_names_the_culprit(make, message):

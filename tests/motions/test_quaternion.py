@@ -17,12 +17,12 @@ from symmotion.motions.quaternions.interpolation import interpolate_quaternions
 from symmotion.splines.cumulative import cumulative
 
 BASES = {
-    "Bézier 5": sm.BSplineBasis.clamped([0.0, 2.0], 5),
-    "cubic, uniform": sm.BSplineBasis(np.arange(12.0), 3),
-    "cubic, clamped": sm.BSplineBasis.clamped([0.0, 0.3, 1.0, 2.5, 2.6, 4.0], 3),
-    "quadratic": sm.BSplineBasis.clamped([0.0, 0.5, 1.5, 2.0], 2),
-    "quintic": sm.BSplineBasis.clamped([0.0, 0.5, 1.5, 2.0], 5),
-    "closed": sm.BSplineBasis.closed([0.0, 1.0, 1.7, 2.5, 4.0, 5.0], 3),
+    "Bézier 5": sm.splines.BSplineBasis.clamped([0.0, 2.0], 5),
+    "cubic, uniform": sm.splines.BSplineBasis(np.arange(12.0), 3),
+    "cubic, clamped": sm.splines.BSplineBasis.clamped([0.0, 0.3, 1.0, 2.5, 2.6, 4.0], 3),
+    "quadratic": sm.splines.BSplineBasis.clamped([0.0, 0.5, 1.5, 2.0], 2),
+    "quintic": sm.splines.BSplineBasis.clamped([0.0, 0.5, 1.5, 2.0], 5),
+    "closed": sm.splines.BSplineBasis.closed([0.0, 1.0, 1.7, 2.5, 4.0, 5.0], 3),
 }
 
 
@@ -114,7 +114,7 @@ def test_shapes_and_large_arrays_in_chunks():
 
 
 def test_a_control_quaternion_moves_the_curve_on_its_own_spans_only():
-    basis = sm.BSplineBasis.clamped(np.arange(11.0), 3)
+    basis = sm.splines.BSplineBasis.clamped(np.arange(11.0), 3)
     motion = QuaternionMotion(basis, units(basis.n, 2, angle=0.7))
     j, t = 6, np.linspace(0, 10, 1001)
     moved = motion.with_control(j, qa.product(motion.control_points[j], qa.exp(0.2 * AXIS)))
@@ -126,7 +126,7 @@ def test_a_control_quaternion_moves_the_curve_on_its_own_spans_only():
 
 @pytest.mark.parametrize("degree", [2, 3, 4, 5])
 def test_continuity_at_simple_knots(degree):
-    basis = sm.BSplineBasis.clamped([0.0, 0.4, 1.0, 2.0, 2.2], degree)
+    basis = sm.splines.BSplineBasis.clamped([0.0, 0.4, 1.0, 2.0, 2.2], degree)
     motion = QuaternionMotion(basis, units(basis.n, 4, angle=1.0))
     knots, h = basis.breakpoints[1:-1], 1e-9
     for order in range(1, 4):
@@ -139,7 +139,7 @@ def test_about_one_axis_the_curve_is_the_scalar_spline():
     basis = BASES["cubic, clamped"]
     heights = np.random.default_rng(0).uniform(-1, 1, basis.n).cumsum()
     motion = QuaternionMotion(basis, qa.exp(heights[:, None] / 2 * AXIS))
-    spline, t = sm.Spline(basis, heights), np.linspace(0, 4, 333)
+    spline, t = sm.splines.Spline(basis, heights), np.linspace(0, 4, 333)
     for nu, rate in ((1, motion.rate), (2, motion.acceleration), (3, motion.jerk)):
         np.testing.assert_allclose(rate(t), spline(t, nu)[:, None] * AXIS, atol=1e-10)
         np.testing.assert_allclose(rate(t, frame="world"), spline(t, nu)[:, None] * AXIS, atol=1e-10)
@@ -209,7 +209,7 @@ def test_shoemake_bezier_and_the_cumulative_one_agree_about_one_axis_and_differ_
 def test_pose_is_an_orientation_and_a_translation():
     basis = BASES["cubic, clamped"]
     orientation = QuaternionMotion(basis, units(basis.n, 2, angle=0.8))
-    pose = PoseMotion(orientation, sm.Spline(basis, np.random.default_rng(0).normal(size=(basis.n, 3))))
+    pose = PoseMotion(orientation, sm.splines.Spline(basis, np.random.default_rng(0).normal(size=(basis.n, 3))))
     t, h, points = inside(basis), 1e-5, np.eye(3)
     np.testing.assert_allclose(pose(t).linear, orientation.rotation(t).as_matrix(), atol=1e-14)
     for nu in (1, 2):
@@ -221,14 +221,14 @@ def test_pose_is_an_orientation_and_a_translation():
     with pytest.raises(sm.InputError, match="body points"):
         pose.trajectory([[1.0, 2.0]], t)
     with pytest.raises(sm.InputError, match="the same domain"):
-        PoseMotion(orientation, sm.Spline(sm.BSplineBasis.clamped([0.0, 1.0], 3), np.zeros((4, 3))))
+        PoseMotion(orientation, sm.splines.Spline(sm.splines.BSplineBasis.clamped([0.0, 1.0], 3), np.zeros((4, 3))))
     with pytest.raises(sm.InputError, match=r"\(n, 3\) is needed"):
-        PoseMotion(orientation, sm.Spline(basis, np.zeros((basis.n, 2))))
+        PoseMotion(orientation, sm.splines.Spline(basis, np.zeros((basis.n, 2))))
 
 
 ONE = np.array([1.0, 0.0, 0.0, 0.0])
 HALF = np.array([0.0, 1.0, 0.0, 0.0])
-LINE = sm.BSplineBasis.clamped([0.0, 1.0], 1)
+LINE = sm.splines.BSplineBasis.clamped([0.0, 1.0], 1)
 
 
 @pytest.mark.parametrize(
@@ -247,11 +247,11 @@ LINE = sm.BSplineBasis.clamped([0.0, 1.0], 1)
         (lambda: QuaternionMotion.bezier([ONE]), "too few: at least 2"),
         (lambda: QuaternionMotion.bspline(BASES["quintic"], units(5)), "of degree 5 with 8 functions: 8 are needed"),
         (lambda: QuaternionMotion.bspline(BASES["closed"], units(5), turns=[1] * 4), "not periodic"),
-        (lambda: QuaternionMotion(sm.BSplineBasis.clamped([0, 1], 0), ONE[None]), "degree 1 or more"),
+        (lambda: QuaternionMotion(sm.splines.BSplineBasis.clamped([0, 1], 0), ONE[None]), "degree 1 or more"),
         (lambda: QuaternionMotion(BASES["closed"], units(4)), "5 are needed for this basis"),
-        (lambda: QuaternionMotion(sm.BSplineBasis.clamped([0, 1], 1), units(2), np.zeros((1, 3))), "off by"),
+        (lambda: QuaternionMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), units(2), np.zeros((1, 3))), "off by"),
         (
-            lambda: QuaternionMotion(sm.BSplineBasis.clamped([0, 1], 1), units(2), np.zeros((2, 3))),
+            lambda: QuaternionMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), units(2), np.zeros((2, 3))),
             r"\(1, 3\) is needed",
         ),
         (lambda: QuaternionMotion.hermite(ONE, HALF, [0, 0], [0, 0, 0]), "end rates"),
@@ -280,7 +280,7 @@ def test_mixed_signs_are_aligned_or_kept_as_asked():
     q = units(6, 3, angle=0.5)
     mixed = q * np.array([1, -1, 1, 1, -1, -1])[:, None]
     np.testing.assert_allclose(qa.aligned(mixed), q * np.sign(mixed[0] @ q[0]), atol=0)
-    basis = sm.BSplineBasis.clamped([0.0, 1.0, 2.0, 3.0], 3)
+    basis = sm.splines.BSplineBasis.clamped([0.0, 1.0, 2.0, 3.0], 3)
     short, long = (QuaternionMotion.bspline(basis, mixed, signs=s) for s in ("align", "keep"))
     assert np.linalg.norm(short.increments, axis=1).max() < np.pi / 2 < np.linalg.norm(long.increments, axis=1).max()
     np.testing.assert_allclose(

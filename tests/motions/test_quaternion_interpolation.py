@@ -49,7 +49,7 @@ def test_about_one_axis_it_is_the_scalar_cubic(ends):
     slopes = np.array([0.7, -1.1]) if ends == "clamped" else None
     rates = None if slopes is None else slopes[:, None] * AXIS
     motion = interpolate_quaternions(TIMES, qa.exp(heights[:, None] / 2 * AXIS), ends, rates)
-    scalar, t = sm.cubic_interpolant(TIMES, heights, ends, slopes), np.linspace(0, 6, 500)
+    scalar, t = sm.splines.cubic_interpolant(TIMES, heights, ends, slopes), np.linspace(0, 6, 500)
     np.testing.assert_allclose(motion.rate(t), scalar(t, 1)[:, None] * AXIS, atol=1e-9)
     np.testing.assert_allclose(motion.acceleration(t), scalar(t, 2)[:, None] * AXIS, atol=1e-9)
 
@@ -60,7 +60,7 @@ def test_whole_turns_about_one_axis_are_those_of_the_scalar_cubic():
     turns = np.array([0, 1, -2, 3, 0, 1])
     q = qa.exp(np.append(0, steps.cumsum())[:, None] / 2 * AXIS)
     motion = interpolate_quaternions(TIMES, q, turns=turns)
-    scalar = sm.cubic_interpolant(TIMES, np.append(0, (steps + 2 * np.pi * turns * np.sign(steps)).cumsum()))
+    scalar = sm.splines.cubic_interpolant(TIMES, np.append(0, (steps + 2 * np.pi * turns * np.sign(steps)).cumsum()))
     t = np.linspace(0, 6, 500)
     np.testing.assert_allclose(motion.rate(t), scalar(t, 1)[:, None] * AXIS, atol=1e-9)
     assert off(motion, TIMES, q) < 1e-12

@@ -11,7 +11,7 @@ RNG = np.random.default_rng(3)
 
 
 def sliding(diagonals, times=(0.0, 1.0)):
-    return sm.AffineMotion(sm.BSplineBasis.clamped(times, 1), np.stack([np.diag(d) for d in diagonals]))
+    return sm.AffineMotion(sm.splines.BSplineBasis.clamped(times, 1), np.stack([np.diag(d) for d in diagonals]))
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -46,7 +46,7 @@ def test_samples_are_the_closest_rotations_and_the_deviation_their_distance(keys
 
 def test_a_rigid_motion_keeps_its_rotations_and_scale_does_not_matter():
     keys = sm.examples.random_keyframes(5, 70, 1)
-    motion = sm.AffineMotion(sm.BSplineBasis.clamped(keys.times, 1), 1e-9 * keys.linear, keys.translation)
+    motion = sm.AffineMotion(sm.splines.BSplineBasis.clamped(keys.times, 1), 1e-9 * keys.linear, keys.translation)
     at_keys = orthonormalise(motion, keys.times)
     np.testing.assert_allclose(at_keys.rotations, keys.linear, atol=1e-14)
     assert at_keys.deviation == pytest.approx(np.sqrt(3) * (1 - 1e-9))

@@ -165,7 +165,7 @@ def circle_program(bound: bool):
     """Minimise (x₁ − 2)² + (x₂ − 1)² on the unit circle, or inside it: optimum (2, 1)/√5 and λ = √5 − 1."""
     z, data = ca.SX.sym("z", 2), ca.SX.sym("data", 0)
     one, nothing = np.ones(1), np.empty((1, 0))
-    eye = sm.BSplineBasis.clamped([0.0, 1.0], 0).matrix([0.5])
+    eye = sm.splines.BSplineBasis.clamped([0.0, 1.0], 0).matrix([0.5])
     term = Block(
         "distance", Kernel(z, data, z - ca.DM([2, 1]), 2, squares=True), "x", slice(0, 2), eye, 1, one, nothing
     )

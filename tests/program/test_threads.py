@@ -32,11 +32,11 @@ def cases(count: int = 25):
     quaternions = sm.examples.random_keyframes(4, 60, seed=2).rotations().as_quat()[:, [3, 0, 1, 2]]
     turning = sm.orientation_program(np.arange(4.0), quaternions, refine=0)
 
-    def own(k: int) -> sm.Program:
+    def own(k: int) -> sm.program.Program:
         # A kernel that nobody has derived before: symbols are made and differentiated in every thread.
         fresh = sm.JetEnergy(lambda jet: jet.ddv * (1 + k / 100), squares=True)
         return sm.affine_program(
-            batches.keyframes(k), objective=sm.Rigidity() + fresh, constraints=[sm.OnLine(2, [0, 0, 1])]
+            batches.keyframes(k), objective=sm.Rigidity() + fresh, constraints=[sm.constraints.OnLine(2, [0, 0, 1])]
         )
 
     for k in range(count):

@@ -89,7 +89,7 @@ class Sleeper:
     tolerance: float = 1e-8
     name: str = "sleeper"
 
-    def attempt(self, program: sm.Program) -> Answer:
+    def attempt(self, program: sm.program.Program) -> Answer:
         if self.how == "sleep":
             time.sleep(600)
         if self.how == "grow":
