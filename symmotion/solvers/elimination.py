@@ -9,8 +9,10 @@ from scipy.linalg import LinAlgError, solve_banded
 from symmotion.checks import choice, positive
 from symmotion.errors import InputError
 from symmotion.program import Evaluator, Program
+from symmotion.program.program import MotionT
 from symmotion.solvers.descent import largest
-from symmotion.solvers.journal import Callback, Failure, Journal, require_limits
+from symmotion.solvers.journal import Callback, Failure, Journal
+from symmotion.solvers.options import require_limits
 from symmotion.solvers.solution import Iteration, Solution, Status
 from symmotion.solvers.solver import conclude, require_equalities, start_vector
 from symmotion.systems import Condensed, gradient_scale
@@ -42,9 +44,10 @@ class Elimination:
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
         if not positive(self.damping, "damping") <= 1:
             raise InputError(f"damping {self.damping!r}: must be in (0, 1]")
-        choice(self.stages, (None, "degree", "knots"), "stages")
+        if self.stages is not None:
+            choice(self.stages, ("degree", "knots"), "stages")
 
-    def solve(self, program: Program, start: object = None) -> Solution:
+    def solve(self, program: Program[MotionT], start: object = None) -> Solution[MotionT]:
         """Solve a program with interpolation conditions; start: None, a Solution, a motion, or (unknowns,) numbers.
 
         With stages the start is the first stage's own, and the log holds all stages.

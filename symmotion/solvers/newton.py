@@ -9,8 +9,10 @@ from symmotion.checks import choice
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import Evaluator, Program
+from symmotion.program.program import MotionT
 from symmotion.solvers.descent import LEAST, Point, descend, largest, shifted, tenfold
-from symmotion.solvers.journal import Callback, Failure, Journal, require_kernels, require_limits
+from symmotion.solvers.journal import Callback, Failure, Journal
+from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.solution import Iteration, Solution
 from symmotion.solvers.solver import conclude, require_equalities, start_multipliers, start_vector
 from symmotion.solvers.sqp import Curved
@@ -69,7 +71,7 @@ class ExactNewton:
         choice(self.system, ("auto", "condensed", "sparse"), "system")
         require_kernels(self.kernels, self.threads)
 
-    def solve(self, program: Program, start: object = None) -> Solution:
+    def solve(self, program: Program[MotionT], start: object = None) -> Solution[MotionT]:
         """Solve a program with equalities; start: None, a Solution, a motion, or (unknowns,) numbers."""
         require_equalities(program, "ExactNewton", curved=True)
         journal = Journal(self.max_iterations, self.time_limit, self.callback)

@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from symmotion.program import Block, Evaluator, Program
+from symmotion.program.program import MotionT
 from symmotion.solvers.ipopt import (
     CASADI,
     SYMBOLIC,
@@ -17,7 +18,8 @@ from symmotion.solvers.ipopt import (
     watcher,
     watching,
 )
-from symmotion.solvers.journal import Callback, Journal, require_limits
+from symmotion.solvers.journal import Callback, Journal
+from symmotion.solvers.options import require_limits
 from symmotion.solvers.oracle import Kept
 from symmotion.solvers.solution import Solution
 from symmotion.solvers.solver import start_vector
@@ -38,7 +40,7 @@ class PlainIpopt:
     def __post_init__(self):
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
 
-    def solve(self, program: Program, start: object = None) -> Solution:
+    def solve(self, program: Program[MotionT], start: object = None) -> Solution[MotionT]:
         """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback)
         x0 = start_vector(program, start)
@@ -95,7 +97,8 @@ class _Problem:
         opti.solver("ipopt", options, settings)
         for name, value in program.unpack(x0).items():
             opti.set_initial(self._controls[name], value.T)
-        with watching(watch, opti.stats):
+        # Opti's own statistics are for afterwards.
+        with watching(watch, lambda: opti.advanced.casadi_solver.stats()):
             try:
                 values = opti.solve()
             except RuntimeError:

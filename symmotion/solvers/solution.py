@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Generic, Literal
 
 import numpy as np
 
 from symmotion.errors import InputError, SolveError
 from symmotion.program import Evaluator, Program
+from symmotion.program.program import MotionT
 from symmotion.program.state import made_of
 from symmotion.systems import Certificate
 
@@ -66,7 +67,7 @@ class Seconds:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Generic[MotionT]):
     """A solver's answer to a program.
 
     x (unknowns,), multiplier_vector (conditions,): where it ended; solver: the solver's repr,
@@ -74,7 +75,7 @@ class Solution:
     message: what it said where it did not solve.
     """
 
-    program: Program
+    program: Program[MotionT]
     solver: str
     method: str
     status: Status
@@ -89,7 +90,7 @@ class Solution:
     __getstate__ = made_of
 
     @cached_property
-    def motion(self) -> Any:
+    def motion(self) -> MotionT:
         """The motion that the unknowns describe."""
         return self.program.design.motion(self.program.unpack(self.x))
 
@@ -143,7 +144,7 @@ class Solution:
             return None
         return float(np.log(r[-1] / r[-2]) / np.log(r[-2] / r[-3]))
 
-    def require(self, tolerance: float | None = None) -> "Solution":
+    def require(self, tolerance: float | None = None) -> "Solution[MotionT]":
         """This solution, if it is a minimum to `tolerance` (the solver's own when left out); else SolveError.
 
         Stationarity counts relative to `gradient_scale`, the violation relative to max(1, ‖x‖∞).

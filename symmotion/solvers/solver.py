@@ -8,24 +8,26 @@ import numpy as np
 from symmotion.checks import array
 from symmotion.errors import InputError
 from symmotion.program import Evaluator, Program
+from symmotion.program.program import MotionT
 from symmotion.solvers.journal import Failure
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.systems import certify
 
 
-class Solver(Protocol):
-    """What solves programs. Its repr tells its options: it is the provenance of what it returns.
-
-    tolerance: on the certificate of a solution, see `Certificate.holds`.
-    """
+class Judged(Protocol):
+    """Whose answers are judged to a tolerance, see `Certificate.holds`; its repr is the provenance of what it finds."""
 
     @property
     def tolerance(self) -> float: ...
 
+
+class Solver(Judged, Protocol):
+    """What solves programs; its repr tells its options."""
+
     @property
     def max_iterations(self) -> int: ...
 
-    def solve(self, program: Program, start: object = None) -> Solution:
+    def solve(self, program: Program[MotionT], start: object = None) -> Solution[MotionT]:
         """The solution, whether it is solved or not; start: as `start_vector` takes it.
 
         Raises InputError for a program that it does not take.
@@ -80,8 +82,8 @@ def require_equalities(program: Program, solver: str, curved: bool = False) -> N
 
 
 def conclude(
-    program: Program,
-    solver: Solver,
+    program: Program[MotionT],
+    solver: Judged,
     x: np.ndarray,
     multipliers: np.ndarray,
     *,
@@ -90,7 +92,7 @@ def conclude(
     seconds: Seconds | None = None,
     failure: Failure | None = None,
     evaluator: Evaluator | None = None,
-) -> Solution:
+) -> Solution[MotionT]:
     """A Solution with its certificate, which decides whether it is SOLVED.
 
     x (unknowns,), multipliers (conditions,): where the solver ended, with L = f + λᵀg.
