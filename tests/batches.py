@@ -49,6 +49,8 @@ class Stubborn:
 
     refused: float = -1.0
     deadly: float = -1.0
+    tolerance: float = 1e-8
+    max_iterations: int = 200
 
     def solve(self, program: sm.program.Program, start=None) -> sm.Solution:
         last = program.design.keyframes.times[-1]
@@ -64,6 +66,8 @@ class Counting:
     """ExactNewton that leaves a line in a file for every solve."""
 
     path: str
+    tolerance: float = 1e-8
+    max_iterations: int = 200
 
     def solve(self, program: sm.program.Program, start=None) -> sm.Solution:
         with open(self.path, "a") as file:

@@ -31,7 +31,7 @@ SOLVERS = (
     sm.ExactNewton(system="condensed"),
     sm.ExactNewton(system="sparse"),
     sm.Ipopt(),
-    sm.Ipopt(derivatives="plain"),
+    sm.solvers.PlainIpopt(),
     sm.Elimination(),
     sm.Elimination(stages="degree"),
 )

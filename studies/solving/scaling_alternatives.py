@@ -53,7 +53,16 @@ def judge(program: sm.program.Program, method: Alternative, answer: Answer) -> s
     # Of its way only the number of steps is known: every row but the last has one.
     unknown = Iteration(np.nan, np.nan, np.nan)
     log = [replace(unknown, step=np.nan)] * answer.iterations + [unknown] if answer.iterations is not None else []
-    return conclude(program, method, method.name, answer.x, answer.multipliers, log, answer.seconds, failure)
+    return conclude(
+        program,
+        method,
+        answer.x,
+        answer.multipliers,
+        method=method.name,
+        log=log,
+        seconds=answer.seconds,
+        failure=failure,
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,7 +42,7 @@ OTHERS = (
     Method("elimination", "interpolation conditions eliminated, damped Newton (HJK 4)", sm.Elimination()),
     Method("opti-mx", "CasADi: Opti, matrix symbols, IPOPT", OptiIpopt("MX")),
     Method("opti-sx", "CasADi: Opti, expanded to scalars, IPOPT", OptiIpopt("SX")),
-    Method("ipopt-plain", "CasADi: Opti, a loop over the nodes, expanded, IPOPT", sm.Ipopt(derivatives="plain")),
+    Method("ipopt-plain", "CasADi: Opti, a loop over the nodes, expanded, IPOPT", sm.solvers.PlainIpopt()),
     Method("sqpmethod", "CasADi: sqpmethod, exact Hessian, qrqp", Sqpmethod()),
     Method("fatrop", "CasADi: fatrop, put as optimal control", Fatrop()),
     Method("trust-constr", "SciPy: trust-constr, CasADi's derivatives", TrustConstr()),

@@ -10,7 +10,7 @@ from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResu
 from symmotion.views import draw_kkt, method_style, new_figure
 
 SOLVERS = (sm.ExactNewton(), sm.Ipopt(), sm.Elimination(), sm.Elimination(stages="knots"))
-PLAIN = sm.Ipopt(derivatives="plain")
+PLAIN = sm.solvers.PlainIpopt()
 OBJECTIVES = (sm.Rigidity(), sm.Rigidity(2))
 ANGLES = (40, 90, 140)
 

@@ -2,15 +2,14 @@
 
 from collections.abc import Iterable, Iterator
 from hashlib import blake2b
-from typing import Any
 
 import numpy as np
 
 from symmotion.program import Block, Program
-from symmotion.solvers.solver import start_multipliers, start_vector
+from symmotion.solvers.solver import Solver, start_multipliers, start_vector
 
 
-def fingerprint(program: Program, solver: Any, start: Any = None) -> str:
+def fingerprint(program: Program, solver: Solver, start: object = None) -> str:
     """32 hexadecimal digits of all that decides a solver's answer: kernels, tables, data, bounds, start, options."""
     return _digest(_parts(program, solver, start))
 
@@ -37,7 +36,7 @@ def _digest(parts: Iterable[str | np.ndarray]) -> str:
     return digest.hexdigest()
 
 
-def _parts(program: Program, solver: Any, start: Any) -> Iterator[str | np.ndarray]:
+def _parts(program: Program, solver: Solver, start: object) -> Iterator[str | np.ndarray]:
     yield repr(solver)
     for name, value in program.start.items():
         yield name
@@ -52,7 +51,7 @@ def _parts(program: Program, solver: Any, start: Any) -> Iterator[str | np.ndarr
         yield constraint.upper
     if start is not None:
         yield start_vector(program, start)
-        multipliers = start_multipliers(start, program)
+        multipliers = start_multipliers(program, start)
         if multipliers is not None:
             yield multipliers
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -12,10 +13,12 @@ from symmotion.batches.fingerprint import fingerprint
 from symmotion.batches.kin import Kin
 from symmotion.batches.results_file import ResultsFile
 from symmotion.batches.workers import Crew, Failed, Job, answer
+from symmotion.checks import whole
 from symmotion.errors import InputError
 from symmotion.program import Program
 from symmotion.solvers.newton import ExactNewton
 from symmotion.solvers.solution import Solution
+from symmotion.solvers.solver import Solver, require_solver
 
 NEWTON = ExactNewton()
 # Answers that may wait for an earlier one before no more programs are taken.
@@ -31,14 +34,14 @@ class Tally:
     failed: int
     seconds: float
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         rate = (self.done - self.found) / self.seconds if self.seconds else 0.0
         return f"{self.done} programs, {self.found} found, {self.failed} failed, {rate:.3g} solved a second"
 
 
 def solve_many(
     programs: Iterable[Any],
-    solver: Any = NEWTON,
+    solver: Solver = NEWTON,
     executor: Executor | int | None = None,
     *,
     results: str | Path | None = None,
@@ -74,7 +77,7 @@ def solve_many(
 
 def solve_each(
     programs: Iterable[Any],
-    solver: Any = NEWTON,
+    solver: Solver = NEWTON,
     executor: Executor | int | None = None,
     *,
     results: str | Path | None = None,
@@ -87,27 +90,23 @@ def solve_each(
         raise InputError("one program where several are needed: solve_many([program]), or solver.solve(program)")
     if not isinstance(programs, Iterable):
         raise InputError(f"programs {programs!r}: an iterable of programs is needed")
-    if not callable(getattr(solver, "solve", None)):
-        raise InputError(f"solver {solver!r} has no method solve")
+    require_solver(solver)
     if results is not None and type(solver).__repr__ is object.__repr__:
         raise InputError(f"solver {solver!r}: with a results file its repr has to tell its options, write a __repr__")
-    if not (executor is None or _is_count(executor) or callable(getattr(executor, "submit", None))):
+    if isinstance(executor, Real):
+        executor = whole(executor, 1, "executor", " of processes")
+    elif not (executor is None or callable(getattr(executor, "submit", None))):
         raise InputError(
             f"executor {executor!r}: None, a number of processes or a concurrent.futures executor is needed"
         )
-    for name, value in (("chunk", 1 if chunk is None else chunk), ("ahead", ahead)):
-        if not _is_count(value):
-            raise InputError(f"{name} {value!r}: a whole number, 1 or more, is needed")
+    chunk = None if chunk is None else whole(chunk, 1, "chunk", " of programs")
+    ahead = whole(ahead, 1, "ahead", " of tasks")
     return _solve(programs, solver, executor, results, progress, chunk, ahead)
-
-
-def _is_count(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= 1
 
 
 def _solve(
     programs: Iterable[Any],
-    solver: Any,
+    solver: Solver,
     executor: Executor | int | None,
     results: str | Path | None,
     progress: Callable[[Tally], None] | None,
@@ -146,7 +145,7 @@ def _solve(
 class _Batch:
     """What a batch has answered so far, and keeps until it is its turn; the file and the tally with it."""
 
-    def __init__(self, solver: Any, file: ResultsFile | None, progress: Callable[[Tally], None] | None):
+    def __init__(self, solver: Solver, file: ResultsFile | None, progress: Callable[[Tally], None] | None):
         self._solver, self._file, self._progress = solver, file, progress
         self._began = perf_counter()
         self._done = self._found = self._failed = self._next = 0
@@ -177,7 +176,7 @@ class _Batch:
     def take(self, job: Job, answered: Solution | Failed) -> None:
         """Note the answer to a job, in the file too."""
         name = self._names.pop(job.index, None)
-        if self._file is not None and name is not None and isinstance(answered, Solution):
+        if isinstance(answered, Solution) and self._file is not None and name is not None:
             self._file.add(name, answered)
         self.answers[job.index] = answered
         self._done += 1

@@ -53,6 +53,9 @@ class ResultsFile:
         self._lock(False)
         self._file.close()
 
+    def __repr__(self) -> str:
+        return f"ResultsFile({str(self.path)!r}: {len(self)} solutions)"
+
     def __len__(self) -> int:
         """Solutions in it."""
         return len(self._places)
@@ -109,7 +112,9 @@ class ResultsFile:
         return _solution(json.loads(self._file.read(length))["record"], program)
 
     def add(self, name: str, solution: Solution) -> None:
-        """Append a solution; it is with the operating system when this returns."""
+        """Append a solution; it is with the operating system when this returns. Not one that a callback stopped."""
+        if solution.status is Status.STOPPED:  # which the fingerprint of the question does not tell
+            return
         record = json.dumps(_record(name, solution)).encode()
         self._write(OPENING + b"%08x" % crc32(record) + BETWEEN + record + CLOSING)
 

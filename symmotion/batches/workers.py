@@ -15,6 +15,7 @@ from symmotion.errors import InputError
 from symmotion.kernels.mapped import available_processors
 from symmotion.program import Program
 from symmotion.solvers.solution import Solution
+from symmotion.solvers.solver import Solver
 
 TASK = 0.25  # seconds that a task should take: long against handing it out, short against the batch
 MOST = 64  # programs in a task
@@ -32,6 +33,9 @@ class Failed:
     def of(index: int, error: BaseException) -> "Failed":
         return Failed(index, type(error).__name__, str(error))
 
+    def __repr__(self) -> str:
+        return f"Failed(program {self.index}: {self.error}: {self.message})"
+
 
 @dataclass(frozen=True, eq=False)
 class Job:
@@ -42,7 +46,7 @@ class Job:
     start: Any = None
 
 
-def answer(solver: Any, job: Job, kin: Kin) -> Solution | Failed:
+def answer(solver: Solver, job: Job, kin: Kin) -> Solution | Failed:
     """The solution of a job, or what was raised instead."""
     try:
         # A start that is a solution of the same program is told by the structure that they share.
@@ -55,7 +59,7 @@ def answer(solver: Any, job: Job, kin: Kin) -> Solution | Failed:
         return Failed.of(job.index, error)
 
 
-def _answer_all(solver: Any, jobs: Sequence[Job]) -> tuple[list[Solution | Failed], float]:
+def _answer_all(solver: Solver, jobs: Sequence[Job]) -> tuple[list[Solution | Failed], float]:
     """The answers to several jobs, without their programs, and the seconds that took."""
     began, kin = perf_counter(), Kin()
     answers = [_with_program(answer(solver, job, kin), None) for job in jobs]
@@ -107,7 +111,7 @@ def _end_with_parent() -> None:
 class Crew:
     """The workers of an executor, and the jobs that they have; see `solve_many`."""
 
-    def __init__(self, solver: Any, executor: Executor | int, chunk: int | None, ahead: int):
+    def __init__(self, solver: Solver, executor: Executor | int, chunk: int | None, ahead: int):
         self._solver, self._chunk, self._ahead = solver, chunk, ahead
         self._size = 1 if chunk is None else chunk
         self._count = executor if isinstance(executor, int) else available_processors()

@@ -3,8 +3,9 @@
 from symmotion.solvers.comparison import Comparison, compare, solver_by_name
 from symmotion.solvers.elimination import Elimination
 from symmotion.solvers.ipopt import Ipopt
-from symmotion.solvers.journal import Callback, Failure, Journal, require_limits
+from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.newton import ExactNewton
+from symmotion.solvers.options import require_limits
 from symmotion.solvers.plain import PlainIpopt
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.solvers.solver import Solver, conclude, require_equalities, start_multipliers, start_vector

@@ -10,7 +10,8 @@ from symmotion.checks import choice, positive
 from symmotion.errors import InputError
 from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.descent import largest
-from symmotion.solvers.journal import Callback, Failure, Journal, require_limits
+from symmotion.solvers.journal import Callback, Failure, Journal
+from symmotion.solvers.options import require_limits
 from symmotion.solvers.solution import Iteration, Solution, Status
 from symmotion.solvers.solver import conclude, require_equalities, start_vector
 from symmotion.systems import Condensed, gradient_scale
@@ -42,7 +43,8 @@ class Elimination:
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
         if not positive(self.damping, "damping") <= 1:
             raise InputError(f"damping {self.damping!r}: must be in (0, 1]")
-        choice(self.stages, (None, "degree", "knots"), "stages")
+        if self.stages is not None:
+            choice(self.stages, ("degree", "knots"), "stages")
 
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve a program with interpolation conditions; start: None, a Solution, a motion, or (unknowns,) numbers.

@@ -13,7 +13,8 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
-from symmotion.solvers.journal import Callback, Journal, require_kernels, require_limits
+from symmotion.solvers.journal import Callback, Journal
+from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.solvers.solver import Solver, conclude, start_vector
@@ -31,7 +32,6 @@ SYMBOLIC = Lock()
 ENDINGS = {
     "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
     "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
-    "User_Requested_Stop": Status.STOPPED,
     "Search_Direction_Becomes_Too_Small": Status.STALLED,
     "Diverging_Iterates": Status.DIVERGED,
 }
@@ -180,18 +180,21 @@ def watching(watch: Watcher | None, stats: Callable[[], Stats]) -> Iterator[None
 
 def concluded(
     solver: Solver,
-    program: Program,
+    program: Program[DesignT],
     method: str,
     answer: IpoptAnswer,
     journal: Journal,
     evaluator: Evaluator,
     kept: Kept,
-) -> Solution:
+) -> Solution[DesignT]:
     """The Solution that IPOPT's answer is. Raises what was raised in callbacks, and KeyboardInterrupt after Ctrl-C."""
     kept.raise_again()
     elapsed, said = journal.elapsed, str(answer.stats.get("return_status", "no status"))
-    if said == "User_Requested_Stop" and not journal.stopped:
-        raise KeyboardInterrupt  # which CasADi has noticed itself
+    failure = None if said == "Solve_Succeeded" else (ENDINGS.get(said, Status.FAILED), said)
+    if said == "User_Requested_Stop":
+        failure = journal.ending()
+        if failure is None:
+            raise KeyboardInterrupt  # which CasADi has noticed itself
     total = float(answer.stats.get("t_wall_total", elapsed))
     # Opti derives its functions at the first solve: what is not IPOPT's own time is compilation.
     spent = Seconds(program.build_seconds, elapsed - total, total, answer.evaluate, total - answer.evaluate)
@@ -203,7 +206,7 @@ def concluded(
         method=method,
         log=logged(answer.stats),
         seconds=spent,
-        failure=None if said == "Solve_Succeeded" else (ENDINGS.get(said, Status.FAILED), said),
+        failure=failure,
         evaluator=evaluator,
     )
 

@@ -3,11 +3,8 @@
 from collections.abc import Callable
 from math import inf
 from time import perf_counter
-from typing import TypeAlias, TypeVar, TypeVarTuple, get_args
+from typing import TypeAlias, TypeVar, TypeVarTuple
 
-from symmotion.checks import choice, positive, whole
-from symmotion.errors import InputError
-from symmotion.kernels import Kernels
 from symmotion.program import Program
 from symmotion.solvers.solution import Iteration, Seconds, Status
 
@@ -92,20 +89,3 @@ class Journal:
     def seconds(self, program: Program, evaluate: float | None = None) -> Seconds:
         """The seconds so far; evaluate: those of an `Evaluator` since `compiled`."""
         return Seconds(program.build_seconds, self._compile, self._solve, evaluate, self.linear)
-
-
-def require_kernels(kernels: Kernels, threads: int | None) -> None:
-    """Raise InputError that names the option, unless these two are what an `Evaluator` takes."""
-    choice(kernels, get_args(Kernels), "kernels")
-    if threads is not None:
-        whole(threads, 1, "threads")
-
-
-def require_limits(tolerance: float, max_iterations: int, time_limit: float | None, callback: Callback | None) -> None:
-    """Raise InputError that names the option, unless these four are what every solver takes."""
-    positive(tolerance, "tolerance")
-    whole(max_iterations, 0, "max_iterations")
-    if time_limit is not None:
-        positive(time_limit, "time_limit")
-    if callback is not None and not callable(callback):
-        raise InputError(f"callback {callback!r}: a function of an Iteration is needed")

@@ -10,7 +10,8 @@ from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.descent import LEAST, Point, descend, largest, shifted, tenfold
-from symmotion.solvers.journal import Callback, Failure, Journal, require_kernels, require_limits
+from symmotion.solvers.journal import Callback, Failure, Journal
+from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.solution import Iteration, Solution
 from symmotion.solvers.solver import conclude, require_equalities, start_multipliers, start_vector
 from symmotion.solvers.sqp import Curved

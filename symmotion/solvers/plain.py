@@ -17,7 +17,8 @@ from symmotion.solvers.ipopt import (
     watcher,
     watching,
 )
-from symmotion.solvers.journal import Callback, Journal, require_limits
+from symmotion.solvers.journal import Callback, Journal
+from symmotion.solvers.options import require_limits
 from symmotion.solvers.oracle import Kept
 from symmotion.solvers.solution import Solution
 from symmotion.solvers.solver import start_vector
@@ -95,7 +96,8 @@ class _Problem:
         opti.solver("ipopt", options, settings)
         for name, value in program.unpack(x0).items():
             opti.set_initial(self._controls[name], value.T)
-        with watching(watch, opti.stats):
+        # Opti's own statistics are for afterwards.
+        with watching(watch, lambda: opti.advanced.casadi_solver.stats()):
             try:
                 values = opti.solve()
             except RuntimeError:

@@ -147,7 +147,7 @@ class Solution(Generic[DesignT]):
             return None
         return float(np.log(r[-1] / r[-2]) / np.log(r[-2] / r[-3]))
 
-    def require(self, tolerance: float | None = None) -> "Solution":
+    def require(self, tolerance: float | None = None) -> "Solution[DesignT]":
         """This solution, if it is a minimum to `tolerance` (the solver's own when left out); else SolveError.
 
         Stationarity counts relative to `gradient_scale`, the violation relative to max(1, ‖x‖∞).

@@ -13,14 +13,15 @@ from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.systems import certify
 
 
-class Solver(Protocol):
-    """What solves programs. Its repr tells its options: it is the provenance of what it returns.
-
-    tolerance: on the certificate of a solution, see `Certificate.holds`.
-    """
+class Judged(Protocol):
+    """Whose answers are judged to a tolerance, see `Certificate.holds`; its repr is the provenance of what it finds."""
 
     @property
     def tolerance(self) -> float: ...
+
+
+class Solver(Judged, Protocol):
+    """What solves programs; its repr tells its options."""
 
     @property
     def max_iterations(self) -> int: ...
@@ -81,7 +82,7 @@ def require_equalities(program: Program, solver: str, curved: bool = False) -> N
 
 def conclude(
     program: Program[DesignT],
-    solver: Solver,
+    solver: Judged,
     x: np.ndarray,
     multipliers: np.ndarray,
     *,

@@ -100,7 +100,7 @@ def test_a_function_of_one_dimension_only_pickles_for_that():
         sm.measure(program.design.motion(program.start), energy), rel=1e-14
     )
 
-    with pytest.raises(sm.InputError, match=r"works in dimension \[3\] only"):
+    with pytest.raises(sm.InputError, match="takes jets of the kinds affine 3D, orientation, pose, not affine 2D"):
         sm.affine_program(sm.examples.planar_keyframes(), objective=copy)
 
     def refuse(jet):
@@ -291,8 +291,8 @@ def test_programs_are_read_only_as_far_as_work_is_handed_out():
         ({"programs": 3}, "programs 3: an iterable of programs is needed"),
         ({"solver": "newton"}, "solver 'newton' has no method solve"),
         ({"solver": Forgetful(), "results": "f"}, "with a results file its repr has to tell its options"),
-        ({"executor": 0}, "executor 0: None, a number"),
-        ({"executor": "two"}, "executor 'two'"),
+        ({"executor": 0}, "executor 0: a whole number of processes, 1 or more, is needed"),
+        ({"executor": "two"}, "executor 'two': None, a number of processes"),
         ({"chunk": 0}, "chunk 0"),
         ({"ahead": 1.5}, "ahead 1.5"),
     ],
@@ -548,3 +548,26 @@ def test_a_jacobian_that_depends_on_the_data_is_not_shared():
     assert edited.structure is not first.structure
     assert [a.x[0] for a in answers] == pytest.approx([1.0, 0.5, 0.25], rel=1e-12)
     assert [a.violation for a in answers] == pytest.approx([0, 0, 0], abs=1e-12)
+
+
+# At the prompt.
+
+
+def test_what_a_batch_shows_at_the_prompt(tmp_path):
+    tallies: list[Tally] = []
+    path = tmp_path / "batch.results"
+    (failed,) = solve_many([batches.lasting(2.0)], batches.Stubborn(refused=2.0), results=path, progress=tallies.append)
+    assert repr(failed) == "Failed(program 0: ValueError: not this one)"
+    assert repr(tallies[0]) == str(tallies[0])
+    assert repr(tallies[0]).startswith("1 programs, 0 found, 1 failed")
+    solve_many(batches.small_programs(1), results=path)
+    with ResultsFile(path) as file:
+        assert repr(file) == f"ResultsFile({str(path)!r}: 1 solutions)"
+
+
+def test_a_solve_that_a_callback_stopped_is_no_result(tmp_path):
+    path = tmp_path / "batch.results"
+    (stopped,) = solve_many(batches.small_programs(1), sm.ExactNewton(callback=lambda row: True), results=path)
+    assert stopped.status == "stopped"
+    (again,) = solve_many(batches.small_programs(1), sm.ExactNewton(), results=path)
+    assert again.status == "solved"

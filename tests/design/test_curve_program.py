@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from problems import difference
 from scipy.interpolate import CubicSpline, make_interp_spline
+from symmotion.design.curve_conditions import CurveCondition
 
 import symmotion as sm
 from symmotion.constraints import CurveCondition
@@ -22,7 +23,7 @@ SOLVERS = (
     sm.ExactNewton(system="condensed"),
     sm.ExactNewton(system="sparse"),
     sm.Ipopt(),
-    sm.Ipopt(derivatives="plain"),
+    sm.solvers.PlainIpopt(),
     sm.Elimination(),
 )
 
@@ -154,13 +155,13 @@ def test_a_rebound_links_the_slopes_of_both_sides():
     assert np.abs(sided(hits, 1) - 1).min() > 1e-3
 
 
-@pytest.mark.parametrize("derivatives", ["mapped", "plain"])
-def test_bounds_are_complementary_and_binding(derivatives):
+@pytest.mark.parametrize("solver", [sm.Ipopt(), sm.solvers.PlainIpopt()], ids=repr)
+def test_bounds_are_complementary_and_binding(solver):
     times = np.linspace(TIMES[0], TIMES[-1], 40)
     bound = BETWEEN(times, -0.9, 0.9, name="box")
     values = np.repeat([0.85, -0.85] * 3, 2)
     program = curve_program([AT(TIMES, values), bound])
-    solution = sm.Ipopt(derivatives=derivatives).solve(program).require(1e-7)
+    solution = solver.solve(program).require(1e-7)
     assert solution.inertia == "positive"
     free = sm.ExactNewton().solve(curve_program([AT(TIMES, values)])).require()
     assert np.abs(free.motion(times)).max() > 0.95

@@ -77,7 +77,7 @@ def test_smoothing_solves_the_normal_equations():
 @pytest.mark.parametrize("exact", [(), EXACT], ids=["none exact", "some exact"])
 def test_solvers_agree(huber, exact):
     program = fit_program(spoilt()[0], controls=20, objective=SMOOTH, huber=huber, exact=exact)
-    solvers = (sm.ExactNewton(), sm.ExactNewton(system="sparse"), sm.Ipopt(), sm.Ipopt(derivatives="plain"))
+    solvers = (sm.ExactNewton(), sm.ExactNewton(system="sparse"), sm.Ipopt(), sm.solvers.PlainIpopt())
     solutions = [s.solve(program).require(1e-7) for s in solvers]
     for s in solutions:
         assert s.inertia == "positive"

@@ -21,7 +21,7 @@ SOLVERS = (
     sm.ExactNewton(system="sparse"),
     sm.Ipopt(),
     sm.Elimination(),
-    sm.Ipopt(derivatives="plain"),
+    sm.solvers.PlainIpopt(),
 )
 
 

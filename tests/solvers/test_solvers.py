@@ -142,7 +142,7 @@ def test_failure_is_data_and_require_raises():
     for solver in (
         sm.ExactNewton(max_iterations=2),
         sm.Ipopt(max_iterations=2),
-        sm.Ipopt(max_iterations=2, derivatives="plain"),
+        sm.solvers.PlainIpopt(max_iterations=2),
         sm.Elimination(max_iterations=2),
     ):
         solution = solver.solve(program)
@@ -192,8 +192,26 @@ def test_solver_names():
         solver_by_name("snopt")
 
 
+def test_what_is_no_solver_is_said():
+    program = quarter_turn(3)
+    for solvers, message in (
+        (sm.Ipopt(), r"solvers Ipopt\(.*\): a sequence is needed"),
+        ([sm.Ipopt], r"solver Ipopt is a class: Ipopt\(\) makes one"),
+        (["newton"], "solver 'newton' has no method solve"),
+    ):
+        with pytest.raises(sm.InputError, match=message):
+            sm.compare(program, solvers)  # pyright: ignore
+    for start in ("home", [1.0, 2.0], np.full(program.unknowns, np.nan)):
+        with pytest.raises(sm.InputError, match="start"):
+            sm.ExactNewton().solve(program, start=start)
+    listed = sm.ExactNewton().solve(program, start=program.x0.tolist())
+    assert listed.x.tobytes() == sm.ExactNewton().solve(program, start=program.x0).x.tobytes()
+
+
 def test_comparison_prints_a_row_per_solver():
-    text = str(sm.compare(quarter_turn(3)))
+    comparison = sm.compare(quarter_turn(3))
+    text = repr(comparison)
+    assert text == str(comparison)
     assert [line.split()[0] for line in text.splitlines()] == ["solver", "newton", "ipopt", "elimination"]
     assert "0.002298006" in text
 

@@ -1,0 +1,228 @@
+"""What every solver takes beside its own options: tolerance, max_iterations, time_limit and callback."""
+
+import os
+import pickle
+import signal
+import threading
+import time
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import symmotion as sm
+from symmotion.program import Evaluator
+from symmotion.solvers import PlainIpopt, Solver, solver_by_name
+
+SOLVERS = (
+    sm.ExactNewton(),
+    sm.ExactNewton(system="sparse"),
+    sm.Ipopt(),
+    PlainIpopt(),
+    sm.Elimination(),
+    sm.Elimination(stages="knots"),
+)
+
+
+def hard() -> sm.program.Program:
+    """A program that takes every solver a number of steps, and ExactNewton two descents."""
+    return sm.affine_program(sm.examples.random_keyframes(4, 120, 1), objective=sm.Rigidity(2))
+
+
+def curved() -> sm.program.Program:
+    keys = sm.examples.random_keyframes(3, 90, 1)
+    return sm.affine_program(keys, objective=sm.Rigidity(), constraints=[sm.constraints.UnitVolume([0.3])])
+
+
+every = pytest.mark.parametrize("solver", SOLVERS, ids=repr)
+
+
+@every
+def test_what_claims_to_be_a_solver_is_one(solver):
+    claimed: Solver = solver
+    assert (claimed.tolerance, pickle.loads(pickle.dumps(solver))) == (1e-8, solver)
+    assert eval(repr(solver), {**vars(sm), "PlainIpopt": PlainIpopt}) == solver
+    assert hash(replace(solver, tolerance=1e-6)) == hash(replace(solver, tolerance=1e-6))
+    solution = solver.solve(hard())
+    assert solution.solver == repr(solver)
+    assert solution.tolerance == solver.tolerance
+
+
+@every
+def test_the_callback_sees_every_row_and_changes_nothing(solver):
+    rows: list[sm.solvers.Iteration] = []
+    program = hard()
+    watched = replace(solver, callback=rows.append)
+    assert watched == solver and repr(watched) == repr(solver)
+    solution, known = watched.solve(program), solver.solve(program)
+    assert solution.x.tobytes() == known.x.tobytes()
+    assert len(rows) >= len(solution.log) > 3
+    assert {row.objective for row in rows} >= {row.objective for row in solution.log}
+
+
+@every
+def test_a_callback_that_returns_true_stops(solver):
+    rows = []
+
+    def third(row):
+        rows.append(row)
+        return len(rows) == 3
+
+    solution = replace(solver, callback=third).solve(hard())
+    assert solution.status == "stopped"
+    assert len(rows) in (3, 4)
+    assert np.isfinite(solution.x).all()
+    with pytest.raises(sm.SolveError, match="stopped"):
+        solution.require()
+
+
+@every
+def test_the_time_limit_ends_a_solve_where_it_is(solver):
+    slow = replace(solver, time_limit=0.2, callback=lambda row: time.sleep(0.1))
+    began = time.perf_counter()
+    solution = slow.solve(hard())
+    assert solution.status == "time-limit"
+    assert solution.message in ("0.2 seconds", "Maximum_WallTime_Exceeded")
+    assert time.perf_counter() - began < 2.0
+    assert 1 <= len(solution.log) <= 4
+    assert replace(solver, time_limit=60.0).solve(hard()).status == solver.solve(hard()).status
+
+
+@pytest.mark.parametrize("solver", [sm.ExactNewton(), sm.Ipopt(), PlainIpopt()], ids=repr)
+def test_so_do_they_along_curved_conditions(solver):
+    assert replace(solver, callback=lambda row: True).solve(curved()).status == "stopped"
+    slow = replace(solver, time_limit=1e-4, callback=lambda row: time.sleep(0.1))
+    assert slow.solve(curved()).status == "time-limit"
+
+
+@every
+@pytest.mark.parametrize("error", [KeyError("mine"), KeyboardInterrupt()], ids=repr)
+def test_an_exception_in_the_callback_comes_through(solver, error, capfd):
+    def fail(row):
+        raise error
+
+    with pytest.raises(type(error)) as caught:
+        replace(solver, callback=fail).solve(hard())
+    assert caught.value is error
+    assert not capfd.readouterr().err
+    solver.solve(hard())  # and the next solve is as ever
+
+
+@pytest.mark.parametrize("name", ["objective", "gradient", "second_order", "values"])
+@pytest.mark.parametrize("error", [ZeroDivisionError("here"), KeyboardInterrupt()], ids=repr)
+def test_an_exception_in_a_function_of_ipopt_comes_through(monkeypatch, capfd, name, error):
+    calls = []
+    genuine = getattr(Evaluator, name)
+
+    def fail(*arguments, **options):
+        calls.append(None)
+        if len(calls) > 4:
+            raise error
+        return genuine(*arguments, **options)
+
+    program = hard()
+    monkeypatch.setattr(Evaluator, name, fail)
+    with pytest.raises(type(error)) as caught:
+        sm.Ipopt().solve(program)
+    assert caught.value is error
+    assert len(calls) == 5  # IPOPT has asked for nothing more
+    captured = capfd.readouterr()
+    assert not captured.err and not captured.out
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
+@pytest.mark.parametrize("solver", [sm.ExactNewton(), sm.Ipopt(), sm.Elimination()], ids=repr)
+def test_ctrl_c_ends_a_solve(solver):
+    energy = sm.Rigidity(2) + sm.JetEnergy(lambda jet: 1e-3 * ca.sin(40 * ca.sumsqr(jet.A)), label="wavy")
+    program = sm.affine_program(sm.examples.random_keyframes(20, 120, 1), objective=energy, refine=3)
+    endless = replace(solver, max_iterations=10**6, tolerance=1e-300)
+    timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    began = time.perf_counter()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            while True:
+                endless.solve(program)
+    finally:
+        timer.cancel()
+    assert time.perf_counter() - began < 5.0
+
+
+@every
+@pytest.mark.parametrize(
+    ("option", "value", "message"),
+    [
+        ("tolerance", 0.0, r"tolerance 0\.0: a positive finite number"),
+        ("tolerance", "1e-8", "tolerance '1e-8': a positive finite number"),
+        ("tolerance", np.nan, "tolerance nan: a positive"),
+        ("max_iterations", -1, "max_iterations -1: a whole number, 0 or more"),
+        ("max_iterations", 2.5, r"max_iterations 2\.5: a whole number"),
+        ("time_limit", 0, "time_limit 0: a positive finite number"),
+        ("callback", "print", "callback 'print': a function of an Iteration"),
+    ],
+)
+def test_options_are_refused_where_they_are_given(solver, option, value, message):
+    with pytest.raises(sm.InputError, match=message):
+        replace(solver, **{option: value})
+
+
+@pytest.mark.parametrize("solver", [sm.ExactNewton, sm.Ipopt])
+def test_kernels_and_threads_are_refused_where_they_are_given(solver):
+    with pytest.raises(sm.InputError, match="kernels 'fast' is unknown; there are auto, compiled, interpreted"):
+        solver(kernels="fast")
+    for threads in (0, True, 1.5):
+        with pytest.raises(sm.InputError, match=f"threads {threads!r}: a whole number, 1 or more"):
+            solver(threads=threads)
+
+
+def test_options_of_one_solver_are_refused_where_they_are_given():
+    with pytest.raises(sm.InputError, match="system 'banded' is unknown; there are auto, condensed, sparse"):
+        sm.ExactNewton(system="banded")  # pyright: ignore
+    for damping in (0, -1, "half", np.nan):
+        with pytest.raises(sm.InputError, match=f"damping {damping!r}"):
+            sm.Elimination(damping=damping)  # pyright: ignore
+
+
+def test_plain_ipopt_has_a_class_of_its_own():
+    with pytest.raises(sm.InputError, match=r"derivatives 'plain': .* symmotion\.solvers\.PlainIpopt\(\)"):
+        sm.Ipopt(derivatives="plain")
+    assert sm.Ipopt(derivatives="mapped") == sm.Ipopt()
+    assert solver_by_name("ipopt-plain") == PlainIpopt()
+    solution = PlainIpopt().solve(hard())
+    assert (solution.method, solution.solver[:11]) == ("ipopt-plain", "PlainIpopt(")
+
+
+def test_ipopt_takes_its_own_options_by_their_own_names():
+    options = {"mu_strategy": "adaptive", "mu_init": 1e-3, "hessian_approximation": "limited-memory"}
+    solver = sm.Ipopt(options=options)
+    options["mu_strategy"] = "monotone"
+    assert solver.options["mu_strategy"] == "adaptive"
+    assert "'mu_strategy': 'adaptive'" in repr(solver)
+    assert solver != sm.Ipopt() and hash(solver) == hash(pickle.loads(pickle.dumps(solver)))
+    program = hard()
+    solution, usual = solver.solve(program), sm.Ipopt().solve(program)
+    assert solution.iterations > 2 * usual.iterations  # without second derivatives
+    scaled = sm.Ipopt(options={"obj_scaling_factor": 1.0, "print_level": 0}).solve(program)
+    assert scaled.require().objective == pytest.approx(usual.objective, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"mu_stratgy": "adaptive"}, "option 'mu_stratgy': 'adaptive': IPOPT has no such option"),
+        ({"mu_strategy": "other"}, "option 'mu_strategy': 'other': IPOPT has no such option, or does not take"),
+        ({"mu_strategy": 3}, "option 'mu_strategy': 3"),
+        ({"mu_init": -1.0}, r"option 'mu_init': -1\.0"),
+        ({"ipopt.mu_init": 1.0}, "option 'ipopt.mu_init': IPOPT's own name is needed"),
+        ({"tol": 1e-3}, "option 'tol': this is what the solver's argument tolerance says"),
+        ({"max_iter": 3}, "argument max_iterations says"),
+        ({"max_wall_time": 3.0}, "argument time_limit says"),
+        ({"mu_oracle": None}, "option 'mu_oracle': None"),
+        ({"sb": True}, "option 'sb': True"),
+        (["mu_init"], r"options \['mu_init'\]: IPOPT's own by name are needed"),
+    ],
+)
+def test_options_that_ipopt_does_not_take(options, message):
+    with pytest.raises(sm.InputError, match=message):
+        sm.Ipopt(options=options)
