@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from symmotion.bodies.body import Body, body_of, carried, dimension_of, extent, in_space, placed
+from symmotion.bodies import Body, Shape
+from symmotion.bodies.places import carried, dimension_of, extent, fitting_body, in_space, placed
 from symmotion.files import keys as key
 from symmotion.files.formats import FilePath, format_of
 from symmotion.files.gltf_document import INDICES, VERTICES, DocumentBuilder
@@ -59,7 +60,7 @@ class Target:
 def write_gltf(
     motion: Motion | QuaternionMotion,
     path: FilePath,
-    body: Any = None,
+    body: Shape | None = None,
     *,
     seconds: float | None = None,
     tolerance: float = TOLERANCE,
@@ -78,8 +79,8 @@ def write_gltf(
     Rigid motions (`PoseMotion`, `QuaternionMotion`) move one node: its translation by Hermite
     keys, its rotation by linear keys (slerp) as fine as the tolerance takes.
 
-    body: an object with .vertices and .faces or .triangles, or a pair of such arrays; a letter F
-    when left out; planar motions move in the plane z = 0. Axes are the motion's own; viewers
+    body: of any form that `Body.of` takes, its faces cut into triangles; a letter F when left out;
+    planar motions move in the plane z = 0. Axes are the motion's own; viewers
     show y upwards. seconds: the duration in the file, whose clock begins at 0; a unit of the
     motion's time is a second when left out. tolerance: of sampled keys, relative to the size of
     the motion. glTF stores single precision; the static node `motion`, in double precision, has
@@ -92,7 +93,7 @@ def write_gltf(
     format_of(path, None, ("glb",))
     motion = placed(motion)
     rate = seconds_per_unit(motion, seconds, tolerance)
-    mesh = body_of(body, motion)
+    mesh = fitting_body(body, motion, up="y").in_space()
     size = extent(motion, mesh.vertices[mesh.outermost()])
     t = np.linspace(*motion.domain, 65)
     places = carried(motion, np.zeros((1, 3)), t)[:, 0]
@@ -275,7 +276,7 @@ def _animation(samplers: list[dict[str, Any]], targets: list[tuple[int, str]]) -
 def _mesh(document: DocumentBuilder, body: Body, extra: dict[str, int]) -> dict[str, Any]:
     attributes = {
         "POSITION": document.accessor(body.vertices, "VEC3", target=VERTICES, bounds=True),
-        "COLOR_0": document.accessor(body.colours, "VEC3", target=VERTICES),
+        "COLOR_0": document.accessor(body.shown_colours, "VEC3", target=VERTICES),
         **extra,
     }
     component = "<u2" if len(body.vertices) < 2**16 - 1 else "<u4"

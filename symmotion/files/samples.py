@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.bodies.body import placed
+from symmotion.bodies.places import placed
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.text import write_csv, write_tum

@@ -13,9 +13,9 @@ from symmotion.curves.timing import solutions
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.motion import matrix
-from symmotion.motions.pictures import as_html, plot_positions
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
+from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
 from symmotion.values import value
