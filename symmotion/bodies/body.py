@@ -163,11 +163,11 @@ def _of_mesh(shape: object) -> Body | None:
     try:
         whole = np.asarray(faces)
     except ValueError:  # of different lengths
-        return Body(np.asarray(vertices), tuple(faces))
+        return Body(np.asarray(vertices), tuple(map(tuple, faces)))
     if whole.ndim != 2 or whole.shape[1] < 3 or not len(whole) or whole.dtype.kind not in "iu":
         pair = "; outlines are given in a list" if isinstance(shape, tuple) else ""
         raise InputError(f"body faces of shape {whole.shape}: whole numbers (F, k), F ≥ 1, k ≥ 3, are needed{pair}")
-    return Body(np.asarray(vertices), tuple(whole))
+    return Body(np.asarray(vertices), tuple(map(tuple, whole.tolist())))
 
 
 def _of_outlines(shape: object, dimension: int | None) -> Body:
@@ -183,7 +183,8 @@ def _of_outlines(shape: object, dimension: int | None) -> Body:
         if not np.isfinite(outline).all():
             raise InputError(f"body, outline {i}: a point is not finite")
     ends = np.cumsum([len(outline) for outline in outlines])
-    return Body(np.concatenate(outlines), tuple(np.split(np.arange(ends[-1]), ends[:-1])))
+    corners = np.split(np.arange(ends[-1]), ends[:-1])
+    return Body(np.concatenate(outlines), tuple(tuple(face.tolist()) for face in corners))
 
 
 def _outlines(shape: object) -> list[np.ndarray]:

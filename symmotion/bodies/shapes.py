@@ -14,7 +14,7 @@ DEPTH = 0.2  # of its height
 FRONT, BACK, SIDE = ((0.0, 0.17, 0.45), (0.67, 0.11, 0.0), (0.01, 0.38, 0.19))  # linear RGB
 
 
-def letter(dimension: int, size: float, up: Up) -> tuple[np.ndarray, tuple[range, ...], np.ndarray]:
+def letter(dimension: int, size: float, up: Up) -> tuple[np.ndarray, tuple[tuple[int, ...], ...], np.ndarray]:
     """A letter F about the origin, `size` high: vertices, faces and colours of a body.
 
     In space a slab that stands along the axis `up` and reads in the direction −z (of up "z": y):
@@ -22,7 +22,7 @@ def letter(dimension: int, size: float, up: Up) -> tuple[np.ndarray, tuple[range
     """
     outline = size * OUTLINE
     if dimension == 2:
-        return outline, (range(len(outline)),), np.tile(FRONT, (len(outline), 1))
+        return outline, (tuple(range(len(outline))),), np.tile(FRONT, (len(outline), 1))
     low, high = (np.column_stack([outline, np.full(len(outline), s * size * DEPTH / 2)]) for s in (-1, 1))
     sides = [np.stack([low[i - 1], low[i], high[i], high[i - 1]]) for i in range(len(outline))]
     polygons = [high, low[::-1], *sides]
@@ -30,7 +30,7 @@ def letter(dimension: int, size: float, up: Up) -> tuple[np.ndarray, tuple[range
     if up == "z":
         vertices = np.column_stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]])
     ends = np.cumsum([len(p) for p in polygons])
-    faces = tuple(range(end - len(p), end) for p, end in zip(polygons, ends.tolist(), strict=True))
+    faces = tuple(tuple(range(end - len(p), end)) for p, end in zip(polygons, ends.tolist(), strict=True))
     colours = [FRONT] * len(high) + [BACK] * len(low) + [SIDE] * (4 * len(sides))
     return vertices, faces, np.array(colours)
 

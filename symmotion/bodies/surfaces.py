@@ -15,7 +15,7 @@ def grid_mesh(points: np.ndarray) -> Body:
     u, v = points.shape[:2]
     index = np.arange(u * v).reshape(u, v)
     corners = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
-    return Body(points.reshape(-1, 3), tuple(np.stack(corners, axis=-1).reshape(-1, 4)))
+    return Body(points.reshape(-1, 3), tuple(map(tuple, np.stack(corners, axis=-1).reshape(-1, 4).tolist())))
 
 
 def ellipsoid_mesh(semi_axes: Sequence[float]) -> Body:

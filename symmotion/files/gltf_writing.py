@@ -16,7 +16,7 @@ from symmotion.files.keys import HermiteKeys
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.interpolants import slerp
-from symmotion.motions.motion import Motion
+from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.motions.quaternions.algebra import conjugate, product, rotate
 from symmotion.splines import Spline
@@ -46,7 +46,7 @@ class Target:
         """(26, 3) the body's outermost vertices, at which errors are measured."""
         return self.body.vertices[self.body.outermost()]
 
-    def stated(self, motion: Motion, times: np.ndarray, kind: str, exact: bool, places: Callable) -> WrittenMotion:
+    def stated(self, motion: Moving, times: np.ndarray, kind: str, exact: bool, places: Callable) -> WrittenMotion:
         """What is said of keys at times (K,); places: from times (N,) to where the file has the probes (N, P, 3)."""
 
         def deviations(times: np.ndarray) -> np.ndarray:
@@ -58,7 +58,7 @@ class Target:
 
 
 def write_gltf(
-    motion: Motion | QuaternionMotion,
+    motion: Moving | QuaternionMotion,
     path: FilePath,
     body: Shape | None = None,
     *,
@@ -109,7 +109,7 @@ def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.linalg.norm(a - b, axis=-1)
 
 
-def _skinned(motion: Motion, target: Target) -> tuple[DocumentBuilder, WrittenMotion]:
+def _skinned(motion: Moving, target: Target) -> tuple[DocumentBuilder, WrittenMotion]:
     corners, weights = _tetrahedron(target.body.vertices)
     if isinstance(motion, AffineMotion):
         # A corner's path has the controls' positions of the corner as controls, since the B-splines sum to 1.
@@ -186,7 +186,7 @@ def _spline_keys(spline: Spline, target: Target) -> tuple[HermiteKeys, bool]:
     return key.spline_keys(spline, times), exact
 
 
-def _sampled_keys(motion: Motion, points: np.ndarray, target: Target) -> HermiteKeys:
+def _sampled_keys(motion: Moving, points: np.ndarray, target: Target) -> HermiteKeys:
     """Hermite keys of body points (P, 3) of any motion that has a derivative."""
 
     d = dimension_of(motion)

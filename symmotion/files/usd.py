@@ -13,7 +13,7 @@ from symmotion.files import keys as key
 from symmotion.files.formats import FilePath, format_of
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
-from symmotion.motions.motion import Motion
+from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.whole import whole_file
 
@@ -21,7 +21,7 @@ FRAMES_PER_SECOND = 24
 
 
 def write_usd(
-    motion: Motion | QuaternionMotion,
+    motion: Moving | QuaternionMotion,
     path: FilePath,
     body: Shape | None = None,
     *,
@@ -72,7 +72,7 @@ def write_usd(
 
 
 def _lines(
-    motion: Motion, times: np.ndarray, codes: np.ndarray, body: Body, written: WrittenMotion, rate: float
+    motion: Moving, times: np.ndarray, codes: np.ndarray, body: Body, written: WrittenMotion, rate: float
 ) -> Iterable[str]:
     linear, translation = in_space(*motion(times))
     matrices = np.zeros((len(times), 4, 4))

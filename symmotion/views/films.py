@@ -13,13 +13,14 @@ from matplotlib.collections import PolyCollection
 from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import dimension_of, fitting_body, placed
 from symmotion.errors import InputError
-from symmotion.files.formats import FILMS, FilePath, format_of
+from symmotion.files.formats import FilePath, format_of
 from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.views.parallel import VIEW, lit
 from symmotion.views.style import COLOURS, INK, new_figure
 from symmotion.whole import whole_file
 
+FILMS = ("gif", "mp4")
 SECONDS = 4.0
 FPS = 20.0
 SHORTEST = 2  # hundredths of a second that a frame of a GIF is shown

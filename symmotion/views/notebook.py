@@ -53,9 +53,13 @@ class Display:
 
 def html_of(thing: Any) -> str:  # Any: whatever there is to show
     """A motion, solution, comparison or fairing result, as HTML."""
-    for kind, show in ((Solution, solution_html), (Comparison, comparison_html), (FairingResult, fairing_html)):
-        if isinstance(thing, kind):
-            return show(thing)
+    match thing:
+        case Solution():
+            return solution_html(thing)
+        case Comparison():
+            return comparison_html(thing)
+        case FairingResult():
+            return fairing_html(thing)
     return motion_html(thing)
 
 
