@@ -34,7 +34,7 @@ def optimum(keys):
 
 def in_the_plane(**changes):
     solution = optimum(KEYS[2])
-    motions = {"interpolating spline": sm.component_cubic(KEYS[2]), "optimum": solution.motion}
+    motions = {"interpolating spline": sm.interpolants.component_cubic(KEYS[2]), "optimum": solution.motion}
     made = {"body": letter_k(), "caption": "A letter K, moving.", "keyframes": KEYS[2], "unit": "s", **changes}
     return player("plane", changes.pop("motions", motions), **{k: v for k, v in made.items() if k != "motions"})
 
@@ -82,8 +82,10 @@ def far(track, motion, corners, count=1001):
         optimum(KEYS[3]).motion,
         *spins().values(),
         smooth_net(8).isoparametric(v=5.0),
-        Travelling(sm.bezier([[0, 0, 0], [1e6, 0, 1], [1e6, 1e6, 0]]), (0.0, 1.0)),
-        sm.AffineMotion(sm.BSplineBasis.clamped([1e6, 1e6 + 1e-3], 1), np.stack([np.eye(3)] * 2), 1e-4 * np.eye(3)[:2]),
+        Travelling(sm.curves.bezier([[0, 0, 0], [1e6, 0, 1], [1e6, 1e6, 0]]), (0.0, 1.0)),
+        sm.AffineMotion(
+            sm.splines.BSplineBasis.clamped([1e6, 1e6 + 1e-3], 1), np.stack([np.eye(3)] * 2), 1e-4 * np.eye(3)[:2]
+        ),
     ],
     ids=["affine", "turning", "turning fast", "rational", "a point", "soon"],
 )
@@ -95,15 +97,17 @@ def test_tracks_follow_their_motions(motion):
 
 
 def test_times_are_put_where_the_motion_bends():
-    turns = sm.component_cubic(sm.examples.uneven_turns())
+    turns = sm.interpolants.component_cubic(sm.examples.uneven_turns())
     times = np.array(player("a", {"m": turns}, letter_k(), "").tracks[0].times)
     steps = np.diff(times)
     assert steps.max() >= 2 * steps.min() > 0
 
 
 def test_a_corner_in_the_motion_ends_the_halving():
-    made = player("a", {"m": sm.polar_blend(KEYS[2], rotation="slerp")}, letter_k(), "")
-    assert far(made.tracks[0], sm.polar_blend(KEYS[2], rotation="slerp"), np.concatenate(letter_k())) < 2e-3
+    made = player("a", {"m": sm.interpolants.polar_blend(KEYS[2], rotation="slerp")}, letter_k(), "")
+    assert (
+        far(made.tracks[0], sm.interpolants.polar_blend(KEYS[2], rotation="slerp"), np.concatenate(letter_k())) < 2e-3
+    )
 
 
 def test_a_jump_stays_a_jump():
@@ -157,7 +161,7 @@ def test_players_are_compact_and_pickle():
         (lambda: in_the_plane(span=(0.5, 0.5)), "span"),
         (lambda: in_the_plane(span=(0.5, 2.0)), "span"),
         (lambda: in_space(direction=(0, 0, 0)), "direction"),
-        (lambda: player("a", {"long": sm.component_cubic(long_way())}, wedge(), ""), "shorter span"),
+        (lambda: player("a", {"long": sm.interpolants.component_cubic(long_way())}, wedge(), ""), "shorter span"),
         (lambda: in_space(centre=(0, 0)), "centre"),
         (lambda: player("a b", spins(), wedge(), ""), "player 'a b': letters"),
         (lambda: StudyResult(players=(in_space(), in_space())), "same name: space"),
@@ -318,7 +322,7 @@ class Screen:
 
 def test_scrubbing_moves_the_body_as_the_motion_says(browser, path):
     with opened(browser, path) as page:
-        motions = [sm.component_cubic(KEYS[2]), optimum(KEYS[3]).motion]
+        motions = [sm.interpolants.component_cubic(KEYS[2]), optimum(KEYS[3]).motion]
         for k, motion in enumerate(motions):
             screen, seen = Screen(page, k), set()
             for step in (0, 37, 110, 200):
@@ -533,7 +537,7 @@ def test_it_is_legible_in_light_and_dark(browser, path, scheme):
 
 
 def test_hostile_names_do_nothing(browser, tmp_path):
-    motions = {EVIL: sm.component_cubic(KEYS[2]), f"{EVIL}&amp;": optimum(KEYS[2]).motion}
+    motions = {EVIL: sm.interpolants.component_cubic(KEYS[2]), f"{EVIL}&amp;": optimum(KEYS[2]).motion}
     hostile = in_the_plane(motions=motions, caption=EVIL, unit=EVIL, alt=EVIL)
     page_path = report(tmp_path, hostile, question=EVIL, source=EVIL)
     with opened(browser, page_path) as page:

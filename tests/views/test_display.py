@@ -78,15 +78,15 @@ def faired():
 
 
 SHOWN = {
-    "affine": lambda: sm.component_cubic(PLANAR),
-    "interpolant": lambda: sm.polar_blend(SPATIAL),
+    "affine": lambda: sm.interpolants.component_cubic(PLANAR),
+    "interpolant": lambda: sm.interpolants.polar_blend(SPATIAL),
     "pose": lambda: sm.Ipopt().solve(sm.pose_program(sm.Keyframes.from_rotations(TIMES, TURNS))).motion,
-    "orientation": lambda: sm.interpolate_quaternions(TIMES, TURNS),
-    "slerps": lambda: sm.slerp_curve(TIMES, TURNS),
+    "orientation": lambda: sm.quaternions.interpolate_quaternions(TIMES, TURNS),
+    "slerps": lambda: sm.interpolants.slerp_curve(TIMES, TURNS),
     "rational": lambda: smooth_net(6, spatial=True).isoparametric(v=4.0),
     "net": lambda: smooth_net(6),
     "keyframes": lambda: SPATIAL,
-    "rigid": lambda: sm.orthonormalise(sm.component_cubic(PLANAR), np.linspace(0, 1, 5)),
+    "rigid": lambda: sm.motions.orthonormalise(sm.interpolants.component_cubic(PLANAR), np.linspace(0, 1, 5)),
 }
 
 
@@ -102,7 +102,7 @@ def test_motions_show_what_they_are_and_a_picture(make):
 
 
 def test_facts_of_motions():
-    rows = {row[0]: row[1] for row in shown(sm.component_cubic(PLANAR)).rows}
+    rows = {row[0]: row[1] for row in shown(sm.interpolants.component_cubic(PLANAR)).rows}
     assert rows == {"dimension": "2", "degree": "3", "controls": "6", "times": "0 to 1"}
     rows = {row[0]: row[1] for row in shown(smooth_net(6, 7)).rows}
     assert rows == {"degree": "3 × 3", "controls": "6 × 7", "u": "3 to 6", "v": "3 to 7"}
@@ -161,11 +161,11 @@ def test_solutions_that_are_not_finite_are_shown(comparison, what):
         **{what: np.full_like(getattr(solution, what), nan)},
     )
     assert "newton: diverged" in " ".join(shown(broken).text)
-    shown(sm.Comparison(broken.program, (broken, solution)))
+    shown(sm.solvers.Comparison(broken.program, (broken, solution)))
 
 
 def test_motions_that_are_not_finite_are_shown_with_the_reason():
-    motion = sm.component_cubic(PLANAR)
+    motion = sm.interpolants.component_cubic(PLANAR)
     page = shown(sm.AffineMotion(motion.basis, np.full_like(motion.linear, np.nan)))
     assert any("No picture: the motion is not finite" in t for t in page.text)
 
@@ -183,12 +183,12 @@ def test_a_picture_that_fails_for_another_reason_does_not_hide_the_rest():
 
 
 def test_names_are_text_and_nothing_else():
-    condition = sm.CurveCondition.at(TIMES, np.eye(4)[:, :2], name=EVIL)
+    condition = sm.constraints.CurveCondition.at(TIMES, np.eye(4)[:, :2], name=EVIL)
     solution = sm.ExactNewton().solve(sm.curve_program([condition]))
     hostile = replace(solution, method=EVIL, solver=EVIL, message=EVIL + "x" * 10 * MOST_TEXT, status=Status.FAILED)
     page = shown(hostile)
     assert "".join(page.text).count(EVIL) >= 3
-    shown(sm.Comparison(hostile.program, (hostile, solution)))
+    shown(sm.solvers.Comparison(hostile.program, (hostile, solution)))
 
 
 def test_many_keyframes_stay_small():
@@ -196,16 +196,21 @@ def test_many_keyframes_stay_small():
     program = sm.affine_program(keyframes)
     # Unsolved: what is shown is as much either way.
     solution = sm.ExactNewton(max_iterations=1).solve(program)
-    for thing in (keyframes, sm.component_cubic(keyframes), solution, sm.Comparison(program, (solution,))):
+    for thing in (
+        keyframes,
+        sm.interpolants.component_cubic(keyframes),
+        solution,
+        sm.solvers.Comparison(program, (solution,)),
+    ):
         shown(thing)
-    turns = sm.interpolate_quaternions(np.arange(2000.0), Rotation.random(2000, random_state=1))
+    turns = sm.quaternions.interpolate_quaternions(np.arange(2000.0), Rotation.random(2000, random_state=1))
     shown(turns)
 
 
 def test_a_long_log_stays_small(comparison):
     solution = comparison.solutions[0]
     long = replace(solution, log=solution.log * 500)
-    shown(sm.Comparison(solution.program, (long, long, long)))
+    shown(sm.solvers.Comparison(solution.program, (long, long, long)))
 
 
 def test_pictures_in_one_notebook_do_not_share_ids(comparison):

@@ -61,7 +61,7 @@ def faired(net):
 
 
 def orientation() -> sm.QuaternionMotion:
-    return sm.interpolate_quaternions(TIMES, TURNS)
+    return sm.quaternions.interpolate_quaternions(TIMES, TURNS)
 
 
 def pose() -> sm.PoseMotion:
@@ -76,19 +76,19 @@ def along(surface):
 
 
 DRAWN = {
-    "affine, plane": lambda: sm.component_cubic(PLANAR),
-    "affine, space": lambda: sm.component_cubic(SPATIAL),
-    "interpolant": lambda: sm.steady_morph(PLANAR),
-    "interpolant, space": lambda: sm.polar_blend(SPATIAL),
+    "affine, plane": lambda: sm.interpolants.component_cubic(PLANAR),
+    "affine, space": lambda: sm.interpolants.component_cubic(SPATIAL),
+    "interpolant": lambda: sm.interpolants.steady_morph(PLANAR),
+    "interpolant, space": lambda: sm.interpolants.polar_blend(SPATIAL),
     "pose": pose,
     "orientation": orientation,
-    "slerps": lambda: sm.slerp_curve(TIMES, TURNS),
+    "slerps": lambda: sm.interpolants.slerp_curve(TIMES, TURNS),
     "spherical": lambda: smooth_net(6).isoparametric(u=4.0),
     "rational": lambda: smooth_net(6, spatial=True).isoparametric(v=4.0),
     "curve in a surface": lambda: along(smooth_net(6, spatial=True)),
     "two parameters": lambda: smooth_net(6),
     "two parameters, space": lambda: smooth_net(6, spatial=True),
-    "rigid": lambda: sm.orthonormalise(sm.component_cubic(PLANAR), np.linspace(0, 1, 5)),
+    "rigid": lambda: sm.motions.orthonormalise(sm.interpolants.component_cubic(PLANAR), np.linspace(0, 1, 5)),
     "keyframes": lambda: SPATIAL,
     "faired curve": lambda: sm.fair(noisy_net(smooth_net(9), 0.02).isoparametric(u=5.0), max_steps=5),
 }
@@ -124,7 +124,7 @@ def polygons(axes) -> list[np.ndarray]:
 
 
 def test_a_planar_body_is_where_the_motion_takes_it():
-    motion = sm.component_cubic(PLANAR)
+    motion = sm.interpolants.component_cubic(PLANAR)
     axes = motion.plot(body=BOX, times=5)
     for t, drawn in zip(np.linspace(*motion.domain, 5), polygons(axes), strict=True):
         np.testing.assert_allclose(drawn, motion.trajectory(BOX, t), atol=1e-12)
@@ -134,7 +134,7 @@ def test_a_planar_body_is_where_the_motion_takes_it():
 
 
 def test_several_outlines_and_chosen_times():
-    motion = sm.component_cubic(PLANAR)
+    motion = sm.interpolants.component_cubic(PLANAR)
     triangle = BOX[:3] + 1.0
     drawn = polygons(motion.plot(body=[BOX, triangle], times=[0.7, 0.2]))
     expected = [motion.trajectory(outline, t) for t in (0.2, 0.7) for outline in (BOX, triangle)]
@@ -143,7 +143,7 @@ def test_several_outlines_and_chosen_times():
 
 
 def test_space_is_seen_in_parallel_with_upright_z():
-    motion = sm.component_cubic(SPATIAL)
+    motion = sm.interpolants.component_cubic(SPATIAL)
     path = np.asarray(motion.plot(body=np.eye(3)).lines[0].get_xydata())
     places = motion(np.linspace(0, 1, len(path))).translation
     view, *_ = np.linalg.lstsq(places, path, rcond=None)
@@ -159,7 +159,7 @@ def test_space_is_seen_in_parallel_with_upright_z():
 def test_the_default_body_suits_every_scale(keyframes, scale):
     def drawn(size):
         keys = sm.Keyframes(keyframes.times, keyframes.linear, size * keyframes.translation)
-        axes = sm.component_cubic(keys).plot(keyframes=keys)
+        axes = sm.interpolants.component_cubic(keys).plot(keyframes=keys)
         axes.figure.canvas.draw()
         return np.concatenate(polygons(axes)), axes
 
@@ -172,7 +172,7 @@ def test_the_default_body_suits_every_scale(keyframes, scale):
 
 
 def test_the_default_body_does_not_depend_on_the_unit_of_the_body():
-    motion = sm.component_cubic(PLANAR)
+    motion = sm.interpolants.component_cubic(PLANAR)
     coarse = sm.AffineMotion(motion.basis, 1e3 * motion.linear, motion.translation)
     np.testing.assert_allclose(np.concatenate(polygons(coarse.plot())), np.concatenate(polygons(motion.plot())))
 
@@ -180,7 +180,7 @@ def test_the_default_body_does_not_depend_on_the_unit_of_the_body():
 @pytest.mark.parametrize("keyframes", [PLANAR, SPATIAL], ids=["plane", "space"])
 def test_a_motion_on_the_spot_is_spread_over_time(keyframes):
     still = sm.Keyframes(keyframes.times, keyframes.linear)
-    motion = sm.component_cubic(still)
+    motion = sm.interpolants.component_cubic(still)
     axes = motion.plot(times=[0.0, 0.25, 0.5, 1.0])
     assert [t.get_text() for t in axes.get_xticklabels()] == ["0", "0.25", "0.5", "1"]
     assert axes.get_xlabel() == "time"
@@ -194,26 +194,26 @@ def test_a_motion_on_the_spot_is_spread_over_time(keyframes):
 
 
 def test_keyframes_are_drawn_numbered_or_left_out_where_they_are_many():
-    axes = sm.component_cubic(PLANAR).plot(keyframes=PLANAR, body=BOX)
+    axes = sm.interpolants.component_cubic(PLANAR).plot(keyframes=PLANAR, body=BOX)
     assert [t.get_text() for t in axes.texts] == ["0 (t = 0)", "1", "2", "3 (t = 1)"]
     last = polygons(axes)[-1]
     np.testing.assert_allclose(last, BOX @ PLANAR.linear[3].T + PLANAR.translation[3])
     many = sm.examples.random_keyframes(13, 40, 1)
-    axes = sm.component_cubic(many).plot(keyframes=many, body=np.eye(3), times=4)
+    axes = sm.interpolants.component_cubic(many).plot(keyframes=many, body=np.eye(3), times=4)
     assert len(polygons(axes)) == 4
     assert len(polygons(sm.examples.random_keyframes(500, 40, 1).plot(body=np.eye(3)))) == 24
 
 
 def test_bodies_between_the_keyframes_are_drawn_at_times_since_1970_too():
     late = sm.Keyframes(1.7e9 + PLANAR.times, PLANAR.linear, PLANAR.translation)
-    counts = [len(polygons(sm.component_cubic(k).plot(keyframes=k, body=BOX))) for k in (PLANAR, late)]
+    counts = [len(polygons(sm.interpolants.component_cubic(k).plot(keyframes=k, body=BOX))) for k in (PLANAR, late)]
     assert counts == [9 + len(PLANAR) - 2] * 2
 
 
 def test_two_motions_share_axes_with_one_set_of_marks():
-    axes = sm.component_cubic(SPATIAL).plot(label="cubic")
+    axes = sm.interpolants.component_cubic(SPATIAL).plot(label="cubic")
     texts = [t.get_text() for t in axes.texts]
-    sm.polar_blend(SPATIAL).plot(axes, label="polar", colour="black")
+    sm.interpolants.polar_blend(SPATIAL).plot(axes, label="polar", colour="black")
     assert [t.get_text() for t in axes.texts] == texts == ["t = 0", "t = 1", "x", "y", "z", "each 1"]
     assert axes.get_legend_handles_labels()[1] == ["cubic", "polar"]
 
@@ -221,12 +221,12 @@ def test_two_motions_share_axes_with_one_set_of_marks():
 def test_a_closed_motion_has_one_text_for_both_ends():
     square = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]
     keys = sm.Keyframes(np.arange(5.0), np.stack([np.eye(2)] * 5), square)
-    assert [t.get_text() for t in sm.component_cubic(keys).plot().texts] == ["t = 0, t = 4"]
+    assert [t.get_text() for t in sm.interpolants.component_cubic(keys).plot().texts] == ["t = 0, t = 4"]
 
 
 def test_times_that_differ_in_late_digits_are_told_apart():
     keys = sm.Keyframes(1305031098.0 + PLANAR.times, PLANAR.linear, PLANAR.translation)
-    texts = [t.get_text() for t in sm.component_cubic(keys).plot().texts]
+    texts = [t.get_text() for t in sm.interpolants.component_cubic(keys).plot().texts]
     assert texts == ["t = 1305031098", "t = 1305031099"]
 
 
@@ -252,7 +252,7 @@ def test_times_that_differ_in_late_digits_are_told_apart():
 )
 def test_bad_options_of_a_motion(options, message):
     with pytest.raises(sm.InputError, match=message):
-        sm.component_cubic(PLANAR).plot(**options)
+        sm.interpolants.component_cubic(PLANAR).plot(**options)
     assert not plt.get_fignums()
 
 
@@ -285,7 +285,7 @@ def test_body_rates_over_time():
 
 
 def test_rates_of_slerps_jump_upright_and_are_constant_between():
-    axes = sm.slerp_curve(TIMES, TURNS).plot()
+    axes = sm.interpolants.slerp_curve(TIMES, TURNS).plot()
     t, size = map(np.asarray, axes.lines[3].get_data())
     steps = (TURNS[:-1].inv() * TURNS[1:]).magnitude()
     for k, step in enumerate(steps):
@@ -347,11 +347,15 @@ PROGRAMS = {
         {"linear part"},
     ),
     "curve": (
-        lambda: sm.curve_program([sm.CurveCondition.at(TIMES, [[0, 0], [1, 2], [3, 2], [4, 0]])]),
+        lambda: sm.curve_program([sm.constraints.CurveCondition.at(TIMES, [[0, 0], [1, 2], [3, 2], [4, 0]])]),
         "x",
         {"values"},
     ),
-    "curve in space": (lambda: sm.curve_program([sm.CurveCondition.at(TIMES, np.eye(4)[:, :3])]), "time", {"values"}),
+    "curve in space": (
+        lambda: sm.curve_program([sm.constraints.CurveCondition.at(TIMES, np.eye(4)[:, :3])]),
+        "time",
+        {"values"},
+    ),
 }
 
 
@@ -373,7 +377,7 @@ def test_multipliers_are_as_high_as_the_prices(comparison):
     solution = comparison.solutions[0]
     axes = solution.plot(kind="multipliers")
     parts = np.array([line.get_ydata() for line in axes.lines])
-    np.testing.assert_allclose(np.linalg.norm(parts, axis=0), sm.keyframe_prices(solution).size)
+    np.testing.assert_allclose(np.linalg.norm(parts, axis=0), sm.answers.keyframe_prices(solution).size)
     assert axes.get_legend_handles_labels()[1] == ["linear part", "translation"]
     assert axes.get_xlabel() == "keyframe" and axes.get_ylim()[0] == 0
 
@@ -415,7 +419,7 @@ def test_a_failed_solve_shows_what_happened(unsupported):
 
 
 def test_names_with_dollar_signs_are_no_formulas():
-    condition = sm.CurveCondition.at(TIMES, [[0, 0], [1, 2], [3, 2], [4, 0]], name="cost in $ and $^$")
+    condition = sm.constraints.CurveCondition.at(TIMES, [[0, 0], [1, 2], [3, 2], [4, 0]], name="cost in $ and $^$")
     solution = sm.ExactNewton().solve(sm.curve_program([condition]))
     axes = solution.plot(kind="multipliers")
     axes.figure.canvas.draw()

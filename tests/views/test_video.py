@@ -14,8 +14,8 @@ from symmotion.views.films import write_animation
 from symmotion.views.spheres import VIEW
 from symmotion.whole import whole_file
 
-PLANAR = sm.component_cubic(sm.examples.planar_keyframes())
-SPATIAL = sm.component_cubic(sm.examples.spatial_keyframes())
+PLANAR = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+SPATIAL = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
 DISC = 0.4 * np.column_stack([np.cos(np.linspace(0, 6, 40)), np.sin(np.linspace(0, 6, 40))])
 BALL = 0.4 * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
 FACES = np.array([[a, b, c] for a in (0, 1) for b in (2, 3) for c in (4, 5)])
@@ -115,7 +115,7 @@ def test_a_film_replaces_an_older_one_only_when_it_is_whole(tmp_path):
     path = tmp_path / "m.gif"
     with whole_file(path) as handle:
         handle.write("older")
-    broken = sm.AffineMotion(sm.BSplineBasis.clamped([0, 1], 1), np.full((2, 2, 2), np.nan))
+    broken = sm.AffineMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), np.full((2, 2, 2), np.nan))
     with pytest.raises(InputError, match="the motion is not finite"):
         write_animation(broken, path, DISC)
     assert path.read_text() == "older"
