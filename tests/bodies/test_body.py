@@ -78,7 +78,7 @@ def test_every_form_is_drawn_played_filmed_and_written(dimension, shape, tmp_pat
     motion = motion_in(dimension)
     body = Body.of(shape, dimension)
     axes = motion.plot(body=shape, times=5)
-    drawn = [path.vertices[:-1] for collection in axes.collections for path in collection.get_paths()]
+    drawn = [np.asarray(path.vertices)[:-1] for collection in axes.collections for path in collection.get_paths()]
     assert len(drawn) == 5 * len(body.faces)
     if dimension == 2 and shape is not None:
         places = body.polygons(motion(np.linspace(*motion.domain, 5))(body.vertices))
@@ -92,7 +92,7 @@ def test_every_form_is_drawn_played_filmed_and_written(dimension, shape, tmp_pat
         assert (np.ptp(np.asarray(film.convert("RGB")).astype(float), axis=2) > 60).any()
     for write, name in ((sm.files.write_gltf, "m.glb"), (sm.files.write_usd, "m.usda")):
         assert write(motion, tmp_path / name, shape).error >= 0
-    (mesh,) = trimesh.load(tmp_path / "m.glb", process=False).geometry.values()
+    (mesh,) = trimesh.load_scene(tmp_path / "m.glb", process=False).geometry.values()
     assert len(mesh.faces) == len(body.triangles)
 
 
