@@ -45,11 +45,10 @@ from symmotion.motions import Affine, AffineMotion, Keyframes, PoseMotion, examp
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.solvers import Elimination, ExactNewton, Ipopt, Solution, compare
 from symmotion.systems import certify
+from symmotion.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from symmotion import report, views
-
-__version__ = "0.2.0"
 
 # Matplotlib takes long to import, and few programs draw.
 LATE = ("report", "views")

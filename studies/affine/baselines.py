@@ -7,22 +7,11 @@ from functools import partial
 import numpy as np
 
 import symmotion as sm
+from symmotion.bodies import eight_ellipses, wedge
 from symmotion.motions import Motion, orthonormalise
 from symmotion.motions.interpolants import component_cubic, log_blend, polar_blend, steady_morph
-from symmotion.report import (
-    Column,
-    Figure,
-    Player,
-    Run,
-    Study,
-    StudyOptions,
-    StudyResult,
-    Table,
-    player,
-    to_figure,
-    wedge,
-)
-from symmotion.views import draw_body, draw_ellipsoid, draw_path, eight_ellipses, new_figure
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
+from symmotion.views import draw_body, draw_ellipsoid, draw_path, new_figure
 
 BASELINES: dict[str, Callable[[sm.Keyframes], Motion]] = {
     "component-wise cubic": component_cubic,

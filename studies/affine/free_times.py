@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import symmotion as sm
+from symmotion.bodies import eight_ellipses
 from symmotion.design import free_times_program
 from symmotion.motions import PARAMETRISATIONS
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
-from symmotion.views import COLOURS, eight_ellipses, new_figure
+from symmotion.views import COLOURS, new_figure
 
 SEED = 4
 

@@ -3,8 +3,9 @@
 import numpy as np
 
 import symmotion as sm
+from symmotion.bodies import letter_k
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
-from symmotion.views import COLOURS, draw_body, draw_path, letter_k, new_figure
+from symmotion.views import COLOURS, draw_body, draw_path, new_figure
 
 OBJECTIVE = sm.Rigidity(2) + 0.05 * sm.TrajectoryEnergy(np.concatenate([np.zeros((1, 2)), np.eye(2)]))
 LENGTHS = (0.003, 0.01, 0.03, 0.1)

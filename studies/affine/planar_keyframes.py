@@ -5,8 +5,9 @@ from matplotlib.axes import Axes
 
 import symmotion as sm
 from studies.affine.several_keyframes import before_and_after
+from symmotion.bodies import eight_ellipses
 from symmotion.report import Study, StudyOptions, StudyResult
-from symmotion.views import COLOURS, draw_body, draw_path, eight_ellipses
+from symmotion.views import COLOURS, draw_body, draw_path
 
 KEYFRAMES = sm.examples.planar_keyframes()
 

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from matplotlib.axes import Axes
 
 import symmotion as sm
+from symmotion.bodies import Shape
 from symmotion.report import (
     Column,
     Figure,
     Run,
-    Shape,
     StudyOptions,
     StudyResult,
     Table,

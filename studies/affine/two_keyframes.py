@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 import symmotion as sm
+from symmotion.bodies import letter_k
 from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
-from symmotion.views import draw_body, draw_inner_products, letter_k, new_figure
+from symmotion.views import draw_body, draw_inner_products, new_figure
 
 KEYFRAMES = {"orthogonal": sm.examples.quarter_turn(), "general": sm.examples.sheared_turn()}
 DRAWN = (1, 2, 3)

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 import symmotion as sm
+from symmotion.bodies import ellipse
 from symmotion.report import Player, Travelling, player
-from symmotion.views import ellipse
 
 
 def dot_player(

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from scipy.spatial.transform import Rotation
 
 from studies.runner.recordings import recorded
-from symmotion.bodies import QuadMesh, jug, read_teapot
+from symmotion.bodies import Body, jug, read_teapot
 from symmotion.fairing import Coordinates, FairingResult, Jumps
 from symmotion.motions import TwoParameterMotion, noisy_net, smooth_net
 from symmotion.report import Figure, Player, player, to_figure
@@ -66,7 +66,7 @@ def largest_jumps(motion: TwoParameterMotion, parts: str | None = None, length: 
     return float(at_knots), float(max(np.linalg.norm(a, axis=-1).max() for a in along))
 
 
-def body() -> tuple[QuadMesh, str, str]:
+def body() -> tuple[Body, str, str]:
     """The teapot, or a jug of the project's own where it is not there; its name; a note for the report."""
     if TEAPOT.is_file():
         return read_teapot(TEAPOT, 3), "teapot", f"Body: {TEAPOT.name} (M. Newell 1975)."
@@ -121,7 +121,7 @@ def fairness_figure(result: FairingResult, name: str = "fairness") -> Figure:
         )
 
 
-def turning_player(motions: Sequence[TwoParameterMotion], mesh: QuadMesh, caption: str) -> Player:
+def turning_player(motions: Sequence[TwoParameterMotion], mesh: Body, caption: str) -> Player:
     """A body along the middle curve v = const of a motion, before and after."""
     middle = sum(motions[0].domain[1]) / 2
     curves = {title: motion.isoparametric(v=middle) for title, motion in zip(TITLES, motions, strict=True)}
@@ -129,7 +129,7 @@ def turning_player(motions: Sequence[TwoParameterMotion], mesh: QuadMesh, captio
 
 
 def positions_figure(
-    motions: Sequence[TwoParameterMotion], mesh: QuadMesh, name: str, caption: str, *, controls: bool, spread: float
+    motions: Sequence[TwoParameterMotion], mesh: Body, name: str, caption: str, *, controls: bool, spread: float
 ) -> Figure:
     """A body at the control positions, or along the motion, before and after."""
     with new_figure(7.0, 3.9) as figure:
@@ -141,7 +141,7 @@ def positions_figure(
 
 
 def _draw_positions(
-    axes: Axes, motion: TwoParameterMotion, mesh: QuadMesh, controls: bool, spread: float, colour: str
+    axes: Axes, motion: TwoParameterMotion, mesh: Body, controls: bool, spread: float, colour: str
 ) -> None:
     direction = (0.0, -1.0, 1.4)
     if not controls:

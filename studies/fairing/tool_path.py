@@ -9,7 +9,7 @@ from matplotlib.cbook import get_sample_data
 
 import symmotion as sm
 from studies.fairing.fairing_nets import AFTER, BEFORE, BESIDE, fairness_figure, rms
-from symmotion.bodies import QuadMesh, grid_mesh
+from symmotion.bodies import Body, grid_mesh
 from symmotion.fairing import FairingResult, fair, fairing_program
 from symmotion.motions import CurveMotion, DualQuaternions, TwoParameterMotion
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
@@ -147,7 +147,7 @@ def distances(one: TwoParameterMotion, other: TwoParameterMotion) -> tuple[float
     )
 
 
-def cutter(size: float) -> QuadMesh:
+def cutter(size: float) -> Body:
     """A slim cone with its tip at the origin, its axis the third."""
     angle = np.linspace(0, 2 * np.pi, 9)
     ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(9)], axis=-1)

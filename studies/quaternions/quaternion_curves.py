@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from symmotion.bodies import wedge
 from symmotion.motions.quaternions import QuaternionMotion, exp
-from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table, player, to_figure, turning, wedge
+from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.splines import BSplineBasis, cumulative
 from symmotion.views import (
     COLOURS,
@@ -62,7 +63,7 @@ def run(options: StudyOptions) -> StudyResult:
         f"KKS say. "
         "The curve is C²: rate and acceleration do not jump at the knots, the jerk does."
     )
-    turned = {_label(*key): turning(motion) for key, motion in family.items() if max(key) < 5 and key[1] < 2}
+    turned = {_label(*key): motion for key, motion in family.items() if max(key) < 5 and key[1] < 2}
     caption = "A body under Hermite curves between the same orientations, by end rates and extra turns."
     moving = player("turning", turned, wedge(), caption, unit="s", centre=(0.5, 0.0, 0.0), direction=VIEW[:, 2])
     return StudyResult((hermite, table), (_bases(), _spheres(family), figure), (), conclusion, players=(moving,))

@@ -7,22 +7,10 @@ import numpy as np
 from scipy.spatial.transform import RotationSpline
 
 import symmotion as sm
+from symmotion.bodies import wedge
 from symmotion.motions.interpolants import shoemake_bezier, shoemake_interpolant, squad
 from symmotion.motions.quaternions import QuaternionMotion, exp, interpolate_quaternions, product, to_rotation
-from symmotion.report import (
-    Column,
-    Figure,
-    Player,
-    Run,
-    Study,
-    StudyOptions,
-    StudyResult,
-    Table,
-    player,
-    to_figure,
-    turning,
-    wedge,
-)
+from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.views import COLOURS, new_figure
 
 INERTIA = np.array([1.0, 2.0, 4.0])
@@ -208,7 +196,7 @@ def _bounded() -> tuple[str, Figure, Player, list[Run]]:
         f"{held.multipliers['rate bound'].size} parameters, costs {100 * (held.objective / free.objective - 1):.3g} % "
         f"of energy, and is kept to {100 * (slow.max() / most - 1):.2g} % in between."
     )
-    shown = {"least torque": turning(free.motion), "rate bounded": turning(held.motion)}
+    shown = {"least torque": free.motion, "rate bounded": held.motion}
     caption = "A body turned through eight orientations with least torque, without and with a bound on its rate."
     moving = player("turning", shown, wedge(), caption, unit="s", centre=(0.5, 0.0, 0.0))
     return text, picture, moving, runs

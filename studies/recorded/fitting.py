@@ -16,8 +16,9 @@ from studies.recorded.recorded_pair import (
     smoothing_spline,
     straight,
 )
+from symmotion.bodies import wedge
 from symmotion.design import fit_program
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure, wedge
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.views import COLOURS, new_figure
 
 WEIGHTS = (None, 0.0, 1e-4, 1e-3, 1e-2)

@@ -9,7 +9,7 @@ import symmotion as sm
 from studies.runner.recordings import recorded
 from symmotion.motions.interpolants import slerp_curve
 from symmotion.motions.quaternions import exp, interpolate_quaternions, rotate
-from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table, player, to_figure, turning
+from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.views import COLOURS, draw_sphere, draw_sphere_curve, draw_sphere_points, new_figure, view_from
 
 ROTATIONS = recorded("PALEOMAP_PlateModel.rot")
@@ -153,7 +153,7 @@ def _drift(motions, site: np.ndarray):
     ring = np.cos(around) * east / np.linalg.norm(east) + np.sin(around) * np.cross(site, east)
     angle = np.deg2rad(20)
     cap = np.cos(angle) * site + np.sin(angle) * ring
-    shown = {name: turning(motions[name]) for name in ("C² spline", "within 2°")}
+    shown = {name: motions[name] for name in ("C² spline", "within 2°")}
     caption = "A cap of the sphere, 20° in radius, about the site, and the path that the plate's rotations carry it on."
     return player("drift", shown, [cap], caption, unit="Ma", centre=site, direction=(0.9, 0.35, 0.5))
 

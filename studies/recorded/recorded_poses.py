@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 import symmotion as sm
 from studies.affine.several_keyframes import start_of
 from studies.runner.recordings import recorded
+from symmotion.bodies import wedge
 from symmotion.motions import orthonormalise
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure, wedge
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.views import COLOURS, new_figure
 
 RECORDING = recorded("freiburg1_xyz-groundtruth.txt")

@@ -1,150 +1,206 @@
-"""The body that a written motion carries: a mesh of triangles, the user's or a letter F made by the project."""
+"""The one body of pictures, films, players and scenes: polygons, whatever form they come in."""
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+from typing import Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from symmotion import checks
+from symmotion.bodies.shapes import FRONT, Up, letter
+from symmotion.bodies.triangles import triangulated
 from symmotion.errors import InputError
-from symmotion.motions import Affine, PoseMotion
-from symmotion.motions.motion import Motion
-from symmotion.motions.quaternions import QuaternionMotion
-from symmotion.splines import Spline
-
-# A letter that shows which way it is turned, and whether it is reflected: outline, and the rectangles it is made of.
-LETTER = np.array([(0, 0), (25, 0), (25, 40), (55, 40), (55, 60), (25, 60), (25, 75), (70, 75), (70, 100), (0, 100)])
-BARS = np.array([[(0, 0), (25, 100)], [(25, 75), (70, 100)], [(25, 40), (55, 60)]])
-MIDDLE, DEPTH = np.array([35.0, 50.0]), 20.0
-FRONT, BACK, SIDE = ((0.0, 0.17, 0.45), (0.67, 0.11, 0.0), (0.01, 0.38, 0.19))  # linear RGB
-SAMPLES = 257
+from symmotion.values import value
 
 
-@dataclass(frozen=True, eq=False)
+class Meshed(Protocol):
+    """A mesh of another library, by its faces."""
+
+    @property
+    def vertices(self) -> ArrayLike: ...
+
+    @property
+    def faces(self) -> ArrayLike: ...
+
+
+class Triangulated(Protocol):
+    """A mesh by its triangles, such as `Mesh`."""
+
+    @property
+    def vertices(self) -> ArrayLike: ...
+
+    @property
+    def triangles(self) -> ArrayLike: ...
+
+
+@value
 class Body:
-    """A mesh; vertices: (V, 3); triangles: (F, 3) their corners; colours: (V, 3) linear RGB from 0 to 1."""
+    """A body that is moved: closed polygons in the plane or in space.
+
+    vertices: (V, d), d = 2 or 3, finite; faces: for each polygon the numbers of its corners, two or
+    more, in order round it; colours: (V, 3) of the vertices, linear RGB from 0 to 1, None where who
+    draws chooses. Raises InputError that names the face at fault.
+    """
 
     vertices: np.ndarray
-    triangles: np.ndarray
-    colours: np.ndarray
+    faces: tuple[tuple[int, ...], ...]
+    colours: np.ndarray | None = None
+
+    def __post_init__(self):
+        vertices = checks.numbers(self.vertices, "body vertices")
+        if vertices.ndim != 2 or vertices.shape[1] not in (2, 3) or not np.isfinite(vertices).all():
+            raise InputError(f"body vertices of shape {vertices.shape}: finite, shape (V, 2) or (V, 3), are needed")
+        object.__setattr__(self, "vertices", checks.read_only(vertices))
+        object.__setattr__(self, "faces", _checked(self.faces, len(vertices)))
+        if self.colours is not None:
+            colours = checks.array(self.colours, (len(vertices), 3), "body colours")
+            object.__setattr__(self, "colours", checks.read_only(colours))
+
+    @staticmethod
+    def of(shape: "Shape | None" = None, dimension: int | None = None, *, size: float = 1.0, up: Up = "z") -> "Body":
+        """The body that is meant by a shape in any of its forms.
+
+        shape: a `Body`; closed polygons (P, d), in a list, or one of them; a mesh, an object with
+            `.vertices` (V, d) and `.faces` (F, k) or `.triangles` (F, 3), such as `Mesh`, or a tuple of
+            these two arrays; None for a letter F.
+        dimension: that the body must have, 2 or 3; its own when left out.
+        size: the letter's height; up: the axis that the letter stands along in space.
+
+        Raises InputError for other shapes, numbers that are not finite and corners that do not exist.
+        """
+        if shape is None:
+            return Body(*letter(2 if dimension is None else dimension, size, up))
+        body = shape if isinstance(shape, Body) else _of_mesh(shape)
+        if body is None:
+            return _of_outlines(shape, dimension)
+        if dimension not in (None, body.dimension):
+            raise InputError(f"a body in dimension {body.dimension}: dimension {dimension} is needed")
+        return body
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.vertices.shape[1]
+
+    def __repr__(self) -> str:
+        return f"Body({self.dimension}D, {len(self.vertices)} vertices, {len(self.faces)} faces)"
+
+    @cached_property
+    def triangles(self) -> np.ndarray:
+        """(T, 3) the corners of triangles that make up the faces, in the order of the faces."""
+        triangles = triangulated(self.vertices, self.faces)
+        if not len(triangles):
+            raise InputError("a body of lines alone has no triangles: a face of 3 corners or more is needed")
+        return triangles
+
+    def polygons(self, places: np.ndarray | None = None) -> list[np.ndarray]:
+        """The faces (P, d) where the vertices are, or copy by copy where places (…, V, d) has them, of any d."""
+        where = self.vertices if places is None else places
+        copies = where.reshape(-1, *where.shape[-2:])
+        if len({len(face) for face in self.faces}) == 1:
+            return list(copies[:, self.faces].reshape(-1, len(self.faces[0]), copies.shape[-1]))
+        return [copy[list(face)] for copy in copies for face in self.faces]
+
+    @property
+    def shown_colours(self) -> np.ndarray:
+        """(V, 3) the colours, or where there are none the figures' blue."""
+        return np.tile(FRONT, (len(self.vertices), 1)) if self.colours is None else self.colours
+
+    def scaled(self, size: float) -> "Body":
+        """The body centred at the origin, the longest side of its box made `size` long."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        return Body((self.vertices - (low + high) / 2) * size / (high - low).max(), self.faces, self.colours)
+
+    def in_space(self) -> "Body":
+        """The body itself, a planar one in the plane z = 0."""
+        if self.dimension == 3:
+            return self
+        return Body(np.pad(self.vertices, ((0, 0), (0, 1))), self.faces, self.colours)
 
     def outermost(self) -> np.ndarray:
         """(26,) indices of vertices, the furthest in the directions to faces, edges and corners of a cube."""
         grid = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3), axis=-1).reshape(-1, 3)
         directions = grid[np.any(grid != 0, axis=1)]
-        return np.argmax((self.vertices - self.vertices.mean(axis=0)) @ directions.T, axis=0)
+        vertices = self.in_space().vertices
+        return np.argmax((vertices - vertices.mean(axis=0)) @ directions.T, axis=0)
 
 
-def placed(motion: Motion | QuaternionMotion) -> Motion:
-    """The motion as it is, an orientation alone as the motion that turns about the origin; InputError for no motion."""
-    if isinstance(motion, QuaternionMotion):
-        return PoseMotion(motion, Spline(motion.basis, np.zeros((motion.basis.n, 3))))
-    domain: Any = getattr(motion, "domain", ())
-    if not callable(motion) or np.shape(domain) != (2,) or not isinstance(motion(domain[0]), Affine):
-        raise InputError(f"a {type(motion).__name__} is no motion over one time, with linear part and translation")
-    return motion
+Shape: TypeAlias = Body | Meshed | Triangulated | ArrayLike | Sequence[ArrayLike]
 
 
-def body_of(body: Any, motion: Motion) -> Body:
-    """The body given, or a letter F a fifth as large as what the motion's origin crosses, where it is None.
+def joined(bodies: Sequence[Body]) -> Body:
+    """Several bodies as one, without their colours."""
+    offsets = np.cumsum([0, *(len(b.vertices) for b in bodies[:-1])]).tolist()
+    faces = tuple(tuple(o + i for i in face) for b, o in zip(bodies, offsets, strict=True) for face in b.faces)
+    return Body(np.concatenate([b.vertices for b in bodies]), faces)
 
-    body: an object with `.vertices` (V, d) and `.faces` (F, 3 or 4) or `.triangles` (F, 3), or a
-    pair of such arrays; planar vertices get z = 0. Raises InputError for other shapes, numbers
-    that are not finite, and corners that do not exist.
-    """
-    if body is None:
-        return letter(motion)
-    if isinstance(body, Body):
-        return body
-    if isinstance(body, tuple) and len(body) == 2:
-        vertices, faces = body
-    else:
-        vertices, faces = getattr(body, "vertices", None), getattr(body, "faces", getattr(body, "triangles", None))
-    if vertices is None or faces is None:
-        raise InputError(
-            f"a body of type {type(body).__name__}: vertices (V, d) with triangles (F, 3), or an object with "
-            ".vertices and .faces or .triangles, is needed"
-        )
-    vertices, faces = np.asarray(vertices, dtype=float), np.asarray(faces)
-    if vertices.ndim != 2 or vertices.shape[1] not in (2, 3) or not np.isfinite(vertices).all():
-        raise InputError(f"body vertices of shape {vertices.shape}: finite, shape (V, 2) or (V, 3), are needed")
-    if faces.ndim != 2 or faces.shape[1] not in (3, 4) or not len(faces) or faces.dtype.kind not in "iu":
-        raise InputError(f"body triangles of shape {faces.shape}: whole numbers, shape (F, 3), F ≥ 1, are needed")
-    wrong = ((faces < 0) | (faces >= len(vertices))).any(axis=1)
+
+def _checked(faces: Iterable[ArrayLike], count: int) -> tuple[tuple[int, ...], ...]:
+    """Faces as tuples; InputError unless they name two or more of so many vertices each."""
+    given = [np.asarray(face) for face in faces]
+    if not given:
+        raise InputError("body: one face or more is needed")
+    for i, face in enumerate(given):
+        if face.ndim != 1 or len(face) < 2 or face.dtype.kind not in "iu":
+            raise InputError(f"body, face {i}: two corners or more, whole numbers, are needed")
+    corners = np.concatenate(given)
+    wrong = (corners < 0) | (corners >= count)
     if wrong.any():
-        raise InputError(f"triangle {int(np.argmax(wrong))} of the body has a corner that is none of its vertices")
-    if faces.shape[1] == 4:
-        faces = faces[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-    vertices = np.pad(vertices, ((0, 0), (0, 3 - vertices.shape[1])))
-    return Body(vertices, faces.astype(np.int64), np.tile(FRONT, (len(vertices), 1)))
+        face = np.repeat(np.arange(len(given)), [len(f) for f in given])[np.argmax(wrong)]
+        raise InputError(f"face {face} of the body has a corner that is none of its vertices, 0 … {count - 1}")
+    return tuple(tuple(face.tolist()) for face in given)
 
 
-def dimension_of(motion: Motion) -> int:
-    """2 or 3; asked of the motion's positions, since not all kinds of motion say it."""
-    return int(np.shape(motion(motion.domain[0]).translation)[-1])
+def _of_mesh(shape: object) -> Body | None:
+    """The body of vertices with faces, None where a shape is no mesh."""
+    if isinstance(shape, tuple) and len(shape) == 2:
+        vertices, faces = shape
+    else:
+        vertices, faces = getattr(shape, "vertices", None), getattr(shape, "faces", getattr(shape, "triangles", None))
+    if vertices is None or faces is None:
+        return None
+    try:
+        whole = np.asarray(faces)
+    except ValueError:  # of different lengths
+        return Body(np.asarray(vertices), tuple(map(tuple, faces)))
+    if whole.ndim != 2 or whole.shape[1] < 3 or not len(whole) or whole.dtype.kind not in "iu":
+        pair = "; outlines are given in a list" if isinstance(shape, tuple) else ""
+        raise InputError(f"body faces of shape {whole.shape}: whole numbers (F, k), F ≥ 1, k ≥ 3, are needed{pair}")
+    return Body(np.asarray(vertices), tuple(map(tuple, whole.tolist())))
 
 
-def letter_size(motion: Motion) -> float:
-    """A fifth of the diagonal of what the motion's origin crosses, in units of the body; 1 where it stands."""
-    a, b = motion.domain
-    linear, places = motion(np.linspace(a, b, SAMPLES))
-    diagonal = float(np.linalg.norm(np.ptp(places, axis=0)))
-    scale = float(np.sqrt(np.mean(linear**2) * dimension_of(motion)))
-    return diagonal / (5 * scale) if diagonal > 0 and scale > 0 else 1.0
+def _of_outlines(shape: object, dimension: int | None) -> Body:
+    """The body of closed polygons, or of one of them."""
+    outlines = _outlines(shape)
+    if not outlines:
+        raise InputError("body: one outline or more is needed")
+    if dimension is None:
+        dimension = outlines[0].shape[-1] if outlines[0].ndim and outlines[0].shape[-1] in (2, 3) else 2
+    for i, outline in enumerate(outlines):
+        if outline.ndim != 2 or outline.shape[1] != dimension or len(outline) < 2:
+            raise InputError(f"body, outline {i}: shape {outline.shape}; (P, {dimension}), P ≥ 2, is needed")
+        if not np.isfinite(outline).all():
+            raise InputError(f"body, outline {i}: a point is not finite")
+    ends = np.cumsum([len(outline) for outline in outlines])
+    corners = np.split(np.arange(ends[-1]), ends[:-1])
+    return Body(np.concatenate(outlines), tuple(tuple(face.tolist()) for face in corners))
 
 
-def letter(motion: Motion) -> Body:
-    """The letter F about the origin, in 3D a solid: blue in front (+z), orange behind, green round the edge."""
-    size = letter_size(motion) / 100
-    bars = np.array([[(x0, y0), (x1, y0), (x1, y1), (x0, y1)] for (x0, y0), (x1, y1) in BARS])
-    quads = [(_raised(bars, DEPTH if dimension_of(motion) == 3 else 0.0), FRONT)]
-    if dimension_of(motion) == 3:
-        quads.append((_raised(bars[:, ::-1], -DEPTH), BACK))
-        ends = np.stack([LETTER, np.roll(LETTER, -1, axis=0)], axis=1)
-        low, high = _raised(ends, -DEPTH), _raised(ends, DEPTH)
-        quads.append((np.concatenate([low, high[:, ::-1]], axis=1), SIDE))
-    vertices = np.concatenate([q.reshape(-1, 3) for q, _ in quads]) * size
-    colours = np.concatenate([np.tile(c, (4 * len(q), 1)) for q, c in quads])
-    corners = np.arange(len(vertices)).reshape(-1, 4)
-    return Body(vertices, corners[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3), colours)
-
-
-def letter_outline(motion: Motion) -> np.ndarray:
-    """(10, 2) the outline of the letter F about the origin, as large as in `letter`."""
-    return (LETTER - MIDDLE) * letter_size(motion) / 100
-
-
-def _raised(polygons: np.ndarray, height: float) -> np.ndarray:
-    """Polygons (…, 2) about the letter's middle, at a height."""
-    return np.concatenate([polygons - MIDDLE, np.full((*polygons.shape[:-1], 1), height / 2)], axis=-1)
-
-
-def in_space(linear: np.ndarray, translation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Linear parts (…, d, d) and translations (…, d) as (…, 3, 3) and (…, 3): planar ones in the plane z = 0."""
-    if linear.shape[-1] == 3:
-        return linear, translation
-    wide = np.zeros((*linear.shape[:-2], 3, 3))
-    wide[..., :2, :2], wide[..., 2, 2] = linear, 1.0
-    return wide, np.concatenate([translation, np.zeros((*translation.shape[:-1], 1))], axis=-1)
-
-
-def carried(motion: Motion, points: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """(N, P, 3) body points (P, 3) at times t (N,), of planar motions too."""
-    linear, translation = in_space(*motion(t))
-    return translation[:, None] + points @ np.swapaxes(linear, -1, -2)
-
-
-def extent(motion: Motion, points: np.ndarray) -> float:
-    """The diagonal of the box about all places (N, P, 3) that body points (P, 3) come to: what errors are relative to.
-
-    Raises InputError that names a time where the motion is not finite.
-    """
-    t = np.linspace(*motion.domain, SAMPLES)
-    with np.errstate(invalid="ignore"):
-        places = carried(motion, points, t)
-    finite = np.isfinite(places).all(axis=(1, 2))
-    if not finite.all():
-        raise InputError(f"the motion is not finite at time {t[np.argmin(finite)]:g}")
-    size = float(np.linalg.norm(np.ptp(places.reshape(-1, 3), axis=0)))
-    if size == 0:
-        raise InputError("the body is one point that stands still: there is no motion to write")
-    return size
+def _outlines(shape: object) -> list[np.ndarray]:
+    try:
+        whole = np.asarray(shape, dtype=float)
+        return [whole] if whole.ndim == 2 else list(whole)
+    except ValueError:
+        # Polygons of different lengths, or none.
+        polygons = shape if isinstance(shape, Iterable) else ()
+    except TypeError:
+        raise InputError(
+            f"body: a {type(shape).__name__} is no outline; closed polygons (P, d), a mesh, an object with .vertices "
+            "and .faces or .triangles, or a tuple of such arrays is needed"
+        ) from None
+    try:
+        return [np.asarray(polygon, dtype=float) for polygon in polygons]
+    except (TypeError, ValueError):
+        what = "a file is read first, by trimesh.load for example; " if isinstance(shape, str) else ""
+        raise InputError(f"body: {what}outlines are arrays of numbers (P, d)") from None

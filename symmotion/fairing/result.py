@@ -3,16 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Generic, Literal
+from typing import Generic
 
 import numpy as np
 
 from symmotion.errors import SolveError
 from symmotion.fairing.coordinates import AnyMotion
+from symmotion.pictures import as_html, plot_fairing
 from symmotion.systems import Certificate
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 class FairingStatus(StrEnum):
@@ -87,16 +85,8 @@ class FairingResult(Generic[AnyMotion]):
             )
         return self
 
-    def plot(self, axes: "Axes | None" = None, *, kind: Literal["history", "knots"] = "history") -> "Axes":
-        """G over the steps, or what is left of it at the knots; as `plot_fairing`. Returns the axes."""
-        from symmotion.views.plots import plot_fairing  # here: matplotlib is for who draws
-
-        return plot_fairing(self, axes, kind=kind)
-
-    def _repr_html_(self) -> str:
-        from symmotion.views.notebook import fairing_html
-
-        return fairing_html(self)
+    plot = plot_fairing
+    _repr_html_ = as_html
 
     def __repr__(self) -> str:
         return (

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from symmotion.bodies.body import Body, body_of, carried, dimension_of, extent, in_space, placed
+from symmotion.bodies import Body, Shape
+from symmotion.bodies.places import carried, dimension_of, extent, fitting_body, in_space, placed
 from symmotion.files import keys as key
 from symmotion.files.formats import FilePath, format_of
 from symmotion.files.gltf_document import INDICES, VERTICES, DocumentBuilder
@@ -15,7 +16,7 @@ from symmotion.files.keys import HermiteKeys
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.interpolants import slerp
-from symmotion.motions.motion import Motion
+from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.motions.quaternions.algebra import conjugate, product, rotate
 from symmotion.splines import Spline
@@ -45,7 +46,7 @@ class Target:
         """(26, 3) the body's outermost vertices, at which errors are measured."""
         return self.body.vertices[self.body.outermost()]
 
-    def stated(self, motion: Motion, times: np.ndarray, kind: str, exact: bool, places: Callable) -> WrittenMotion:
+    def stated(self, motion: Moving, times: np.ndarray, kind: str, exact: bool, places: Callable) -> WrittenMotion:
         """What is said of keys at times (K,); places: from times (N,) to where the file has the probes (N, P, 3)."""
 
         def deviations(times: np.ndarray) -> np.ndarray:
@@ -57,9 +58,9 @@ class Target:
 
 
 def write_gltf(
-    motion: Motion | QuaternionMotion,
+    motion: Moving | QuaternionMotion,
     path: FilePath,
-    body: Any = None,
+    body: Shape | None = None,
     *,
     seconds: float | None = None,
     tolerance: float = TOLERANCE,
@@ -78,8 +79,8 @@ def write_gltf(
     Rigid motions (`PoseMotion`, `QuaternionMotion`) move one node: its translation by Hermite
     keys, its rotation by linear keys (slerp) as fine as the tolerance takes.
 
-    body: an object with .vertices and .faces or .triangles, or a pair of such arrays; a letter F
-    when left out; planar motions move in the plane z = 0. Axes are the motion's own; viewers
+    body: of any form that `Body.of` takes, its faces cut into triangles; a letter F when left out;
+    planar motions move in the plane z = 0. Axes are the motion's own; viewers
     show y upwards. seconds: the duration in the file, whose clock begins at 0; a unit of the
     motion's time is a second when left out. tolerance: of sampled keys, relative to the size of
     the motion. glTF stores single precision; the static node `motion`, in double precision, has
@@ -92,7 +93,7 @@ def write_gltf(
     format_of(path, None, ("glb",))
     motion = placed(motion)
     rate = seconds_per_unit(motion, seconds, tolerance)
-    mesh = body_of(body, motion)
+    mesh = fitting_body(body, motion, up="y").in_space()
     size = extent(motion, mesh.vertices[mesh.outermost()])
     t = np.linspace(*motion.domain, 65)
     places = carried(motion, np.zeros((1, 3)), t)[:, 0]
@@ -108,7 +109,7 @@ def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.linalg.norm(a - b, axis=-1)
 
 
-def _skinned(motion: Motion, target: Target) -> tuple[DocumentBuilder, WrittenMotion]:
+def _skinned(motion: Moving, target: Target) -> tuple[DocumentBuilder, WrittenMotion]:
     corners, weights = _tetrahedron(target.body.vertices)
     if isinstance(motion, AffineMotion):
         # A corner's path has the controls' positions of the corner as controls, since the B-splines sum to 1.
@@ -185,7 +186,7 @@ def _spline_keys(spline: Spline, target: Target) -> tuple[HermiteKeys, bool]:
     return key.spline_keys(spline, times), exact
 
 
-def _sampled_keys(motion: Motion, points: np.ndarray, target: Target) -> HermiteKeys:
+def _sampled_keys(motion: Moving, points: np.ndarray, target: Target) -> HermiteKeys:
     """Hermite keys of body points (P, 3) of any motion that has a derivative."""
 
     d = dimension_of(motion)
@@ -275,7 +276,7 @@ def _animation(samplers: list[dict[str, Any]], targets: list[tuple[int, str]]) -
 def _mesh(document: DocumentBuilder, body: Body, extra: dict[str, int]) -> dict[str, Any]:
     attributes = {
         "POSITION": document.accessor(body.vertices, "VEC3", target=VERTICES, bounds=True),
-        "COLOR_0": document.accessor(body.colours, "VEC3", target=VERTICES),
+        "COLOR_0": document.accessor(body.shown_colours, "VEC3", target=VERTICES),
         **extra,
     }
     component = "<u2" if len(body.vertices) < 2**16 - 1 else "<u4"

@@ -9,7 +9,7 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.interpolants.blends import Interpolant
-from symmotion.motions.motion import Motion
+from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.splines import Spline
 from symmotion.splines.continuity import first_jump
@@ -112,7 +112,7 @@ def _horner(series: list[np.ndarray], x: np.ndarray) -> tuple[np.ndarray, np.nda
     return value, slope
 
 
-def breakpoints(motion: Motion) -> np.ndarray:
+def breakpoints(motion: Moving) -> np.ndarray:
     """The times where a motion is made of other pieces, ends included; for kinds unknown here 17 equidistant ones."""
     if isinstance(motion, AffineMotion):
         return motion.basis.breakpoints

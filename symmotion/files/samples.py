@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.bodies.body import placed
+from symmotion.bodies.places import placed
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.text import write_csv, write_tum
 from symmotion.motions import Keyframes, rigid
-from symmotion.motions.motion import Motion
+from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.splines import check_times
 
@@ -18,7 +18,7 @@ RIGID_TOLERANCE = 1e-6
 
 
 def write_samples_csv(
-    motion: Motion | QuaternionMotion, path: FilePath, *, times: ArrayLike | None = None, rate: float | None = None
+    motion: Moving | QuaternionMotion, path: FilePath, *, times: ArrayLike | None = None, rate: float | None = None
 ) -> None:
     """Write samples of a motion exactly, for `read_keyframes`."""
     motion = placed(motion)
@@ -27,7 +27,7 @@ def write_samples_csv(
 
 
 def write_samples_tum(
-    motion: Motion | QuaternionMotion,
+    motion: Moving | QuaternionMotion,
     path: FilePath,
     *,
     times: ArrayLike | None = None,
@@ -51,7 +51,7 @@ def write_samples_tum(
     write_tum(samples.keyframes, path)
 
 
-def _times(motion: Motion, times: ArrayLike | None, rate: float | None) -> np.ndarray:
+def _times(motion: Moving, times: ArrayLike | None, rate: float | None) -> np.ndarray:
     a, b = motion.domain
     if times is not None and rate is not None:
         raise InputError("times and rate are two ways to say the same: give one")

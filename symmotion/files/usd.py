@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from symmotion.bodies.body import Body, body_of, carried, extent, in_space, placed
+from symmotion.bodies import Body, Shape
+from symmotion.bodies.places import carried, extent, fitting_body, in_space, placed
 from symmotion.files import keys as key
 from symmotion.files.formats import FilePath, format_of
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
-from symmotion.motions.motion import Motion
+from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.whole import whole_file
 
@@ -20,9 +21,9 @@ FRAMES_PER_SECOND = 24
 
 
 def write_usd(
-    motion: Motion | QuaternionMotion,
+    motion: Moving | QuaternionMotion,
     path: FilePath,
-    body: Any = None,
+    body: Shape | None = None,
     *,
     seconds: float | None = None,
     tolerance: float = TOLERANCE,
@@ -45,7 +46,7 @@ def write_usd(
     format_of(path, None, ("usda",))
     motion = placed(motion)
     rate = seconds_per_unit(motion, seconds, tolerance)
-    mesh = body_of(body, motion)
+    mesh = fitting_body(body, motion, up="y").in_space()
     probes = mesh.vertices[mesh.outermost()]
     size = extent(motion, probes)
     exact = isinstance(motion, AffineMotion) and motion.degree <= 1
@@ -71,7 +72,7 @@ def write_usd(
 
 
 def _lines(
-    motion: Motion, times: np.ndarray, codes: np.ndarray, body: Body, written: WrittenMotion, rate: float
+    motion: Moving, times: np.ndarray, codes: np.ndarray, body: Body, written: WrittenMotion, rate: float
 ) -> Iterable[str]:
     linear, translation = in_space(*motion(times))
     matrices = np.zeros((len(times), 4, 4))
@@ -106,7 +107,7 @@ def _lines(
     yield f"        int[] faceVertexCounts = [{', '.join(['3'] * len(body.triangles))}]"
     yield f"        int[] faceVertexIndices = [{', '.join(map(str, body.triangles.ravel().tolist()))}]"
     yield f"        point3f[] points = [{', '.join(map(_tuple, body.vertices.tolist()))}]"
-    yield f"        color3f[] primvars:displayColor = [{', '.join(map(_tuple, body.colours.tolist()))}] ("
+    yield f"        color3f[] primvars:displayColor = [{', '.join(map(_tuple, body.shown_colours.tolist()))}] ("
     yield '            interpolation = "vertex"'
     yield "        )"
     yield '        uniform token subdivisionScheme = "none"'

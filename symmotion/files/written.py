@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from symmotion import checks
-from symmotion.motions.motion import Motion
+from symmotion.motions.motion import Moving
 
 TOLERANCE = 1e-4
 
@@ -52,7 +52,7 @@ class WrittenMotion:
         }
 
 
-def seconds_per_unit(motion: Motion, seconds: float | None, tolerance: float) -> float:
+def seconds_per_unit(motion: Moving, seconds: float | None, tolerance: float) -> float:
     """How many seconds of a file one unit of the motion's time is; InputError for bad seconds, tolerance or domain."""
     a, b = motion.domain
     checks.positive(tolerance, "tolerance")

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from symmotion.checks import numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.motion import matrix, trajectory
-from symmotion.motions.pictures import as_html, plot_positions
 from symmotion.motions.position import Affine
+from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
 from symmotion.values import value

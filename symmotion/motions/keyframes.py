@@ -9,17 +9,15 @@ from numpy.typing import ArrayLike
 
 from symmotion.checks import choice, numbers, read_only
 from symmotion.errors import InputError
-from symmotion.motions.pictures import as_html
 from symmotion.motions.position import Affine, in_line
 from symmotion.motions.rotations import as_quaternions, as_rotations, to_rotation
+from symmotion.pictures import as_html, plot_keyframes
 from symmotion.splines import check_times
 from symmotion.values import content, same, value
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from scipy.spatial.transform import RigidTransform, Rotation
 
-    from symmotion.bodies.outlines import Body
     from symmotion.motions.rotations import Rotations
 
 PARAMETRISATIONS = ("uniform", "chordal", "centripetal")
@@ -194,19 +192,7 @@ class Keyframes:
         """The linear parts as a SciPy `Rotation`, in 3D; InputError unless they are orthogonal to `tolerance`."""
         return as_rotations(self.linear, tolerance)
 
-    def plot(
-        self,
-        axes: "Axes | None" = None,
-        *,
-        body: "Body | None" = None,
-        colour: str | None = None,
-        label: str | None = None,
-    ) -> "Axes":
-        """A body at the keyframes; arguments as for `plot_keyframes`. Returns the axes."""
-        from symmotion.views.body_plots import plot_keyframes  # here: matplotlib is for who draws
-
-        return plot_keyframes(self, axes, body=body, colour=colour, label=label)
-
+    plot = plot_keyframes
     _repr_html_ = as_html
 
 

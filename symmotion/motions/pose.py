@@ -5,9 +5,9 @@ from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.motions.motion import matrix, trajectory
-from symmotion.motions.pictures import as_html, plot_positions
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.curve import QuaternionMotion, turned
+from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import Spline
 from symmotion.values import value

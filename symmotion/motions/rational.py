@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import cached_property
 from itertools import product as combinations
 from math import comb, prod
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,15 +13,12 @@ from symmotion.curves.timing import solutions
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.motion import matrix
-from symmotion.motions.pictures import as_html, plot_positions
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
+from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
 from symmotion.values import value
-
-if TYPE_CHECKING:
-    from symmotion.motions.two_parameter import TwoParameterMotion
 
 Order = tuple[int, ...]
 Pair = tuple[np.ndarray, np.ndarray]
@@ -173,6 +170,18 @@ def _snapped(x: np.ndarray, low: float, high: float) -> np.ndarray:
     return np.where(np.abs(x - inside) <= slack, inside, x)
 
 
+class Surface(Protocol):
+    """What a motion along a curve asks of the two-parameter motion that it runs in."""
+
+    @property
+    def bases(self) -> tuple[BSplineBasis, ...]: ...
+
+    @property
+    def domain(self) -> tuple[tuple[float, float], tuple[float, float]]: ...
+
+    def __call__(self, u: ArrayLike, v: ArrayLike, nu: tuple[int, int] = (0, 0)) -> Affine: ...
+
+
 @value
 class CurveMotion:
     """The one-parameter motion along a curve (u(t), v(t)) in the domain of a two-parameter motion.
@@ -180,7 +189,7 @@ class CurveMotion:
     curve: a spline with control points (n, 2), its domain that of the motion.
     """
 
-    surface: "TwoParameterMotion"
+    surface: Surface
     curve: Spline
 
     def __post_init__(self):

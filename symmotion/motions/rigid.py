@@ -1,7 +1,5 @@
 """Rigid output: the rotations closest to an affine motion (HJK 2.3, application 3)."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,11 +7,8 @@ from symmotion.checks import numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.motion import Moving
-from symmotion.motions.pictures import as_html
+from symmotion.pictures import as_html, plot_deviations
 from symmotion.values import value
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # Smallest over largest singular value: below it the polar factor is rounding.
 SINGULAR = 1e-12
@@ -62,12 +57,7 @@ class RigidSamples:
         """The samples as keyframes; at least two increasing times are needed."""
         return Keyframes(self.times, self.rotations, self.translation)
 
-    def plot(self, axes: "Axes | None" = None) -> "Axes":
-        """The deviations over time; returns the axes."""
-        from symmotion.views.motion_plots import plot_deviations  # here: matplotlib is for who draws
-
-        return plot_deviations(self, axes)
-
+    plot = plot_deviations
     _repr_html_ = as_html
 
 

@@ -9,16 +9,15 @@ from numpy.typing import ArrayLike
 from symmotion.checks import choice
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions
-from symmotion.motions.pictures import as_html
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
 from symmotion.motions.rational import CurveMotion, Pair, RationalMotion, positions, quotient
+from symmotion.pictures import as_html, plot_net
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
 from symmotion.values import value
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from scipy.interpolate import NdBSpline
 
 Knots = Literal["uniform", "clamped"] | BSplineBasis
@@ -206,12 +205,7 @@ class TwoParameterMotion:
         """The one-parameter motion along a curve (u(t), v(t)) in the domain, a spline of points (2,)."""
         return CurveMotion(self, curve)
 
-    def plot(self, axes: "Axes | None" = None, *, point: ArrayLike | None = None) -> "Axes":
-        """The trajectory surface of a body point by its parameter lines; as `plot_net`. Returns the axes."""
-        from symmotion.views.motion_plots import plot_net  # here: matplotlib is for who draws
-
-        return plot_net(self, axes, point=point)
-
+    plot = plot_net
     save = save
     _repr_html_ = as_html
 

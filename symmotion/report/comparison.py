@@ -8,11 +8,13 @@ import numpy as np
 from symmotion.design import affine_program, measure
 from symmotion.energies import Energy
 from symmotion.motions import Keyframes
-from symmotion.report.figures import convergence_figure, new_figure, to_figure
-from symmotion.report.players import fitting_body, player
-from symmotion.report.values import Column, Figure, Player, Run, StudyResult, Table
+from symmotion.report.figures import convergence_figure, to_figure
+from symmotion.report.players import player
+from symmotion.report.values import Figure, Player, Run, StudyResult
 from symmotion.solvers import Comparison, Solution, compare
+from symmotion.tables import Column, Table
 from symmotion.views.drawing import draw_inner_products
+from symmotion.views.style import new_figure
 
 MOST_PRICES = 20  # rows of the table of multipliers
 PLAYED = 16  # keyframes from the first on that a player shows
@@ -81,7 +83,7 @@ def _before_and_after(keyframes: Keyframes, name: str, slug: str, best: Solution
     return player(
         slug,
         {"interpolating spline": start, "optimum": best.motion},
-        fitting_body(shown),
+        None,
         f"A body under the interpolating spline and at the optimum, {name}. Grey: the {which}.",
         shown,
         span=(float(shown.times[0]), float(shown.times[-1])),

@@ -17,11 +17,14 @@ from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 from jinja2.utils import htmlsafe_json_dumps
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
-from symmotion import __version__
+from symmotion.bodies import Body
 from symmotion.errors import InputError
-from symmotion.report.values import Body, Cell, Figure, Player, Run, StudyRecord, require_distinct
+from symmotion.report.values import Figure, Player, Run, StudyRecord, require_distinct
+from symmotion.svg import as_element
+from symmotion.tables import shown
+from symmotion.version import __version__
 from symmotion.whole import whole_file
 
 SCHEMA = 1
@@ -142,7 +145,7 @@ def _page(records: Sequence[StudyRecord], document: dict[str, Any], title: str, 
         document=document,
         title=title,
         intro=intro,
-        bodies=_embedded([asdict(body) for body in bodies]),
+        bodies=_embedded([{"corners": body.vertices.tolist(), "faces": body.faces} for body in bodies]),
         script=Markup(script),
         script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
     )
@@ -177,18 +180,6 @@ def _short(value: Any) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-def shown(value: Cell, digits: int = 5) -> str:
-    """A table cell as a reader wants it: numbers to some significant digits, a dash for what is missing."""
-    if value is None or (isinstance(value, float) and not math.isfinite(value)):
-        return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if not isinstance(value, float):
-        return str(value)
-    whole = 10**digits <= abs(value) < 10 ** (digits + 3)
-    return re.sub(r"e([+-])0*", lambda e: "e" + e[1].strip("+"), f"{value:.0f}" if whole else f"{value:.{digits}g}")
-
-
 def duration(seconds: float) -> str:
     """Wall-clock time as a reader wants it."""
     minutes, rest = divmod(round(seconds), 60)
@@ -202,6 +193,4 @@ def paragraphs(text: str) -> list[str]:
 
 def inline(figure: Figure, prefix: str) -> Markup:
     """A figure as an element of the page: labelled, its ids kept apart from those of other figures by a prefix."""
-    svg = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{prefix}-{figure.name}-", figure.svg)
-    label = escape(figure.alt or figure.caption)
-    return Markup(svg.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1))
+    return as_element(figure.svg, figure.alt or figure.caption, f"{prefix}-{figure.name}")

@@ -1,33 +1,23 @@
 """The still picture of a player: a body at some times of its motions, side by side."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
-from symmotion.bodies.quads import QuadMesh
+from symmotion.bodies import Body
 from symmotion.motions import Affine, Keyframes
-from symmotion.report.figures import COLOURS, new_figure, to_figure
+from symmotion.motions.motion import Moving
+from symmotion.report.figures import to_figure
 from symmotion.report.values import Figure
 from symmotion.views.fairing_figures import draw_bodies
 from symmotion.views.parallel import bare, draw_faces, lit, view_from
+from symmotion.views.style import COLOURS, INK, new_figure
 
 COPIES = 13  # of the body in a still picture
-
-
-class Moving(Protocol):
-    """What a player shows: any motion, of one parameter."""
-
-    @property
-    def domain(self) -> tuple[float, float]: ...
-
-    def __call__(self, t: Any, nu: int = 0, /) -> Affine: ...
-
-
-Shape = QuadMesh | Sequence[np.ndarray]
+FINE = 24  # faces of a body beyond which edges would hide them; in player.js too
 
 
 def motion_colours(count: int) -> tuple[str, ...]:
@@ -38,7 +28,7 @@ def motion_colours(count: int) -> tuple[str, ...]:
 def still(
     name: str,
     motions: Mapping[str, Moving],
-    body: Shape,
+    body: Body,
     keyframes: Keyframes | None,
     eye: np.ndarray,
     centre: np.ndarray,
@@ -46,7 +36,7 @@ def still(
 ) -> Figure:
     """A body at some times under each motion, at the keyframes in ink; set apart where it turns on the spot."""
     places = {label: motion(np.linspace(*motion.domain, COPIES)) for label, motion in motions.items()}
-    corners = body.vertices if isinstance(body, QuadMesh) else np.concatenate(list(body))
+    corners = body.vertices
     view = _view(eye, len(centre))
     size = float(np.ptp(corners, axis=0).max())
     on_the_spot = all(np.ptp(p.translation, axis=0).max() < size / 4 for p in places.values())
@@ -67,31 +57,32 @@ def still(
             if not on_the_spot:
                 linear, translation = motions[label](np.linspace(*motions[label].domain, 300))
                 path = (translation + linear @ centre) @ view
-                axes.plot(*path.T, color=COLOURS[5], linewidth=0.8, alpha=0.6)
+                axes.plot(*path.T, color=INK, linewidth=0.8, alpha=0.6)
                 if keyframes is not None:
-                    _draw(axes, Affine(keyframes.linear, keyframes.translation), body, eye, COLOURS[5], 0.35)
+                    _draw(axes, Affine(keyframes.linear, keyframes.translation), body, eye, INK, 0.35)
             bare(axes)
             if len(motions) > 1:
                 axes.set_title(label, parse_math=False)
         return to_figure(figure, f"{name}-still", caption)
 
 
-def _draw(axes: Axes, position: Affine, body: Shape, eye: np.ndarray, colour: str, alpha: float) -> None:
-    if isinstance(body, QuadMesh):
+def _draw(axes: Axes, position: Affine, body: Body, eye: np.ndarray, colour: str, alpha: float) -> None:
+    places = position(body.vertices)
+    if body.dimension == 2:
+        outlines = body.polygons(places)
+        axes.add_collection(PolyCollection(outlines, facecolors=colour, edgecolors=colour, alpha=alpha, linewidths=0.7))
+        return
+    if len(body.faces) > FINE:
         draw_bodies(axes, *position, body, eye, _shadeable(colour))
         return
-    places = [v + polygon @ a.T for a, v in zip(*position, strict=True) for polygon in body]
-    if len(places[0][0]) == 2:
-        axes.add_collection(PolyCollection(places, facecolors=colour, edgecolors=colour, alpha=alpha, linewidths=0.7))
-        return
-    faces = [place @ view_from(eye) for place in places]
+    faces = body.polygons(places @ view_from(eye))
     colours = 1 - (0.9 - 0.6 * lit(faces))[:, None] * (1 - np.array(to_rgb(_shadeable(colour))))
     draw_faces(axes, faces, colours, 0.7 * colours, linewidths=0.5, joinstyle="round")
 
 
 def _shadeable(colour: str) -> str:
     """Ink cannot be shaded: grey is, and is seen on the light page and on the dark one."""
-    return "#777777" if colour == COLOURS[5] else colour
+    return "#777777" if colour == INK else colour
 
 
 def _view(eye: np.ndarray, dimension: int) -> np.ndarray:

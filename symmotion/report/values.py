@@ -5,53 +5,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
+from symmotion.bodies import Body
 from symmotion.errors import InputError
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
-
-Cell = str | int | float | bool | None
-MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times
-
-
-@dataclass(frozen=True)
-class Column:
-    """A table column's heading and the unit of its numbers."""
-
-    name: str
-    unit: str = ""
-
-    @property
-    def digits(self) -> int:
-        """How many significant digits a reader is shown: times and memory that were measured have three."""
-        return 3 if self.unit in MEASURED else 5
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows of text, numbers, truth values or None (missing), one cell per column; NumPy scalars become plain ones."""
-
-    name: str
-    columns: tuple[Column, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    caption: str = ""
-
-    def __post_init__(self):
-        rows = tuple(tuple(c.item() if isinstance(c, np.generic) else c for c in row) for row in self.rows)
-        for i, row in enumerate(rows):
-            if len(row) != len(self.columns):
-                raise InputError(f"table {self.name!r}, row {i}: {len(row)} cells for {len(self.columns)} columns")
-            for cell in row:
-                if not isinstance(cell, str | int | float | None):
-                    raise InputError(f"table {self.name!r}, row {i}: a cell cannot be a {type(cell).__name__}")
-        object.__setattr__(self, "columns", tuple(self.columns))
-        object.__setattr__(self, "rows", rows)
-
-    @property
-    def numeric(self) -> tuple[bool, ...]:
-        """Per column, whether it holds numbers only, missing ones aside."""
-        cells = ([row[k] for row in self.rows if row[k] is not None] for k in range(len(self.columns)))
-        return tuple(all(isinstance(c, int | float) and not isinstance(c, bool) for c in column) for column in cells)
+from symmotion.tables import Table
 
 
 @dataclass(frozen=True)
@@ -73,14 +30,6 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Body:
-    """What a player moves: corners, d numbers each, and faces, each the numbers of its corners in order round it."""
-
-    corners: tuple[tuple[float, ...], ...]
-    faces: tuple[tuple[int, ...], ...]
-
-
-@dataclass(frozen=True)
 class Track:
     """A motion as piecewise cubics: poses and their rates at times, Hermite's cubics between.
 
@@ -96,7 +45,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Player:
-    """A body that moves on the page; `symmotion.report.players.player` makes one from motions.
+    """A body that moves on the page; `symmotion.report.player` makes one from motions.
 
     tracks: motions to choose from, two are shown as before and after; keyframes: poses that stay in sight;
     picture: what is shown without script and in print, one of the study's figures or one of its own;
@@ -121,7 +70,7 @@ class Player:
 
     @property
     def dimension(self) -> int:
-        return len(self.body.corners[0])
+        return self.body.dimension
 
     @property
     def domain(self) -> tuple[float, float]:

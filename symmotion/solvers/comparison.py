@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symmotion.checks import choice
 from symmotion.errors import InputError
+from symmotion.pictures import as_html, plot_comparison
 from symmotion.program import Program
 from symmotion.solvers.elimination import Elimination
 from symmotion.solvers.ipopt import Ipopt
@@ -15,9 +15,6 @@ from symmotion.solvers.newton import ExactNewton
 from symmotion.solvers.plain import PlainIpopt
 from symmotion.solvers.solution import Solution, Status
 from symmotion.solvers.solver import Solver, conclude, require_solver
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # Short names of solvers, as reports and the command line use them.
 BY_NAME: dict[str, Solver] = {
@@ -56,16 +53,8 @@ class Comparison:
             return None
         return _relative(solution.x, best.x), _relative(solution.multiplier_vector, best.multiplier_vector)
 
-    def plot(self, axes: "Axes | None" = None) -> "Axes":
-        """Stationarity over the iterations, solver by solver; returns the axes."""
-        from symmotion.views.plots import plot_comparison  # here: matplotlib is for who draws
-
-        return plot_comparison(self, axes)
-
-    def _repr_html_(self) -> str:
-        from symmotion.views.notebook import comparison_html
-
-        return comparison_html(self)
+    plot = plot_comparison
+    _repr_html_ = as_html
 
     def __repr__(self) -> str:
         head = ("solver", "status", "objective", "stationarity", "violation", "inertia", "iterations")

@@ -4,17 +4,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Generic, Literal
+from typing import Any, Generic
 
 import numpy as np
 
 from symmotion.errors import InputError, SolveError
+from symmotion.pictures import as_html, plot_solution
 from symmotion.program import Design, DesignT, Evaluator, MotionT, Program
 from symmotion.program.state import made_of
 from symmotion.systems import Certificate
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 class Status(StrEnum):
@@ -163,18 +161,8 @@ class Solution(Generic[DesignT]):
             raise SolveError(f"{self.solver}: a saddle point, the Hessian is indefinite along the conditions")
         return self
 
-    def plot(
-        self, axes: "Axes | None" = None, *, kind: Literal["motion", "convergence", "multipliers"] | None = None
-    ) -> "Axes":
-        """The motion with its keyframes, the convergence or the multipliers; as `plot_solution`. Returns the axes."""
-        from symmotion.views.plots import plot_solution  # here: matplotlib is for who draws
-
-        return plot_solution(self, axes, kind=kind)
-
-    def _repr_html_(self) -> str:
-        from symmotion.views.notebook import solution_html
-
-        return solution_html(self)
+    plot = plot_solution
+    _repr_html_ = as_html
 
     def __repr__(self) -> str:
         c = self.certificate

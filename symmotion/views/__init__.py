@@ -1,6 +1,6 @@
 """Pictures of motions and solutions, notebook display and films; Matplotlib is loaded by who draws."""
 
-from symmotion.report.figures import COLOURS, method_style, new_figure
+from symmotion.views.body_plots import plot_body
 from symmotion.views.canvas import FONT, HEIGHT, WIDTH, fit_height
 from symmotion.views.drawing import (
     draw_body,
@@ -8,12 +8,8 @@ from symmotion.views.drawing import (
     draw_inner_products,
     draw_kkt,
     draw_path,
-    eight_ellipses,
-    ellipse,
-    letter_k,
 )
 from symmotion.views.fairing_figures import (
-    DIRECTION,
     draw_bodies,
     draw_body_along,
     draw_fairness,
@@ -23,17 +19,20 @@ from symmotion.views.fairing_figures import (
     facing,
     sample_patch,
 )
+from symmotion.views.films import write_animation
 from symmotion.views.meshes import draw_curve, draw_mesh
-from symmotion.views.parallel import VIEW, view_from
+from symmotion.views.parallel import DIRECTION, VIEW, view_from
 from symmotion.views.spheres import draw_curve as draw_sphere_curve
 from symmotion.views.spheres import draw_outlines, draw_sphere, on_sphere
 from symmotion.views.spheres import draw_points as draw_sphere_points
+from symmotion.views.style import COLOURS, INK, method_style, new_figure
 
 __all__ = [
     "COLOURS",
     "DIRECTION",
     "FONT",
     "HEIGHT",
+    "INK",
     "VIEW",
     "WIDTH",
     "draw_bodies",
@@ -53,14 +52,13 @@ __all__ = [
     "draw_sphere_curve",
     "draw_sphere_points",
     "draw_zebra",
-    "eight_ellipses",
-    "ellipse",
     "facing",
     "fit_height",
-    "letter_k",
     "method_style",
     "new_figure",
     "on_sphere",
+    "plot_body",
     "sample_patch",
     "view_from",
+    "write_animation",
 ]

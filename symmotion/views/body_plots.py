@@ -1,6 +1,5 @@
 """A body along a motion, by one call: in the plane as it is, in space in a parallel view."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,12 +9,13 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from numpy.typing import ArrayLike
 
-from symmotion.bodies.outlines import Body, as_outlines, body_size, default_body
+from symmotion.bodies import Body, Shape
+from symmotion.bodies.places import body_size
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
-from symmotion.report.figures import COLOURS
-from symmotion.views.canvas import INK, as_numbers, bears, fit_height, on_axes, require_axes, require_colour, stamps
+from symmotion.views.canvas import as_numbers, bears, fit_height, on_axes, require_axes, require_colour, stamps
 from symmotion.views.parallel import VIEW, draw_faces, lit
+from symmotion.views.style import COLOURS, INK
 
 # Keyframes beyond this many are not drawn: their bodies would hide the motion.
 MOST_KEYFRAMES = 12
@@ -29,7 +29,7 @@ def plot_body(
     motion: Any,
     axes: Axes | None = None,
     *,
-    body: Body | None = None,
+    body: Shape | None = None,
     times: int | ArrayLike = 9,
     keyframes: Keyframes | None = None,
     colour: str | None = None,
@@ -42,8 +42,7 @@ def plot_body(
 
     motion: called as `AffineMotion` is, in the plane or in space.
     axes: ordinary matplotlib Axes; those of a new figure when left out.
-    body: outlines, closed polygons (P, d), or one of them; a letter K of a size that suits the
-        motion when left out.
+    body: of any form that `Body.of` takes; a letter F of a size that suits the motion when left out.
     times: how many, equally spaced, or which, (N,).
     keyframes: drawn dark and numbered; more than 12 are left out. colour: blue when left out;
         label: for a legend.
@@ -60,18 +59,18 @@ def plot_body(
         raise InputError(f"keyframes {keyframes!r}: Keyframes in {d}D, as the motion, are needed")
     keyed = keyframes if keyframes is not None and len(keyframes) <= MOST_KEYFRAMES else None
     size, pinned = body_size(path, len(t))
-    outlines = default_body(d, size) if body is None else as_outlines(body, d)
+    shape = Body.of(body, d, size=size)
     copies = [_Copies(t, place, colour, _ends(t))] if keyed is None else _with_keyframes(motion, t, keyed, colour)
     if pinned:
-        return _plot(axes, outlines, _side_by_side(copies, outlines), None, colour, label, strip=True)
-    return _plot(axes, outlines, copies, path.translation, colour, label)
+        return _plot(axes, shape, _side_by_side(copies, shape), None, colour, label, strip=True)
+    return _plot(axes, shape, copies, path.translation, colour, label)
 
 
 def plot_keyframes(
     keyframes: Keyframes,
     axes: Axes | None = None,
     *,
-    body: Body | None = None,
+    body: Shape | None = None,
     colour: str | None = None,
     label: str | None = None,
 ) -> Axes:
@@ -85,13 +84,13 @@ def plot_keyframes(
     d = keyframes.dimension
     place = Affine(keyframes.linear, keyframes.translation)
     size, pinned = body_size(place, min(len(keyframes), MOST_COPIES))
-    outlines = default_body(d, size) if body is None else as_outlines(body, d)
+    shape = Body.of(body, d, size=size)
     if len(keyframes) > MOST_COPIES:
         keyframes = keyframes[np.linspace(0, len(keyframes) - 1, MOST_COPIES).round().astype(int)]
     copies = [_at_keyframes(keyframes, colour)]
     if pinned:
-        return _plot(axes, outlines, _side_by_side(copies, outlines), None, colour, label, strip=True)
-    return _plot(axes, outlines, copies, None, colour, label)
+        return _plot(axes, shape, _side_by_side(copies, shape), None, colour, label, strip=True)
+    return _plot(axes, shape, copies, None, colour, label)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,11 +103,10 @@ class _Copies:
     marks: tuple[tuple[int, str], ...] = ()
     dark: bool = False
 
-    def polygons(self, outlines: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """The outlines of all copies, in space in the directions right, up and near."""
-        linear, translation = self.place
-        at = [v + o @ a.T for a, v in zip(linear, translation, strict=True) for o in outlines]
-        return [p @ VIEW for p in at] if linear.shape[-1] == 3 else at
+    def polygons(self, body: Body) -> list[np.ndarray]:
+        """The faces of all copies, in space in the directions right, up and near."""
+        at = self.place(body.vertices)
+        return body.polygons(at @ VIEW if body.dimension == 3 else at)
 
 
 def _ends(t: np.ndarray) -> tuple[tuple[int, str], ...]:
@@ -130,11 +128,10 @@ def _with_keyframes(motion: Any, t: np.ndarray, keyframes: Keyframes, colour: st
     return [_Copies(between, motion(between), colour), _at_keyframes(keyframes, INK)]
 
 
-def _side_by_side(copies: list[_Copies], outlines: Sequence[np.ndarray]) -> list[_Copies]:
+def _side_by_side(copies: list[_Copies], body: Body) -> list[_Copies]:
     """Copies set apart along the horizontal, in the order of their times."""
-    d = outlines[0].shape[1]
-    right = VIEW[:, 0] if d == 3 else np.array([1.0, 0.0])
-    polygons = [p for c in copies for p in c.polygons(outlines)]
+    right = VIEW[:, 0] if body.dimension == 3 else np.array([1.0, 0.0])
+    polygons = [p for c in copies for p in c.polygons(body)]
     step = 1.15 * (max(p[:, 0].max() for p in polygons) - min(p[:, 0].min() for p in polygons))
     order = np.unique(np.concatenate([c.times for c in copies]))
     moved = []
@@ -147,25 +144,25 @@ def _side_by_side(copies: list[_Copies], outlines: Sequence[np.ndarray]) -> list
 
 def _plot(
     axes: Axes | None,
-    outlines: Sequence[np.ndarray],
+    body: Body,
     copies: list[_Copies],
     path: np.ndarray | None,
     colour: str,
     label: str | None,
     strip: bool = False,
 ) -> Axes:
-    spatial = outlines[0].shape[1] == 3
+    spatial = body.dimension == 3
     with on_axes(axes) as target:
         if path is not None:
             seen = path @ VIEW if spatial else path
             target.plot(seen[:, 0], seen[:, 1], color=colour, linewidth=1.0, label=label, zorder=1.5 if spatial else 3)
         elif label is not None:
             target.plot([], [], color=colour, label=label)
-        (_draw_solid if spatial else _draw_flat)(target, copies, outlines)
+        (_draw_solid if spatial else _draw_flat)(target, copies, body)
         if any(c.marks for c in copies) and not bears(target, MARK):
             target.margins(0.05, 0.12)
             for c in copies:
-                _draw_marks(target, c, outlines)
+                _draw_marks(target, c, body)
         target.set_aspect("equal")
         target.grid(False)
         target.autoscale_view()
@@ -183,18 +180,18 @@ def _plot(
     return target
 
 
-def _draw_flat(axes: Axes, copies: list[_Copies], outlines: Sequence[np.ndarray]) -> None:
+def _draw_flat(axes: Axes, copies: list[_Copies], body: Body) -> None:
     for c in copies:
         strength = 0.55 if c.dark else 0.2
         face, edge = (*to_rgb(c.colour), strength), (*to_rgb(c.colour), 1.0 if c.dark else 0.75)
-        axes.add_collection(PolyCollection(c.polygons(outlines), facecolors=[face], edgecolors=[edge], linewidths=0.7))
+        axes.add_collection(PolyCollection(c.polygons(body), facecolors=[face], edgecolors=[edge], linewidths=0.7))
 
 
-def _draw_solid(axes: Axes, copies: list[_Copies], outlines: Sequence[np.ndarray]) -> None:
+def _draw_solid(axes: Axes, copies: list[_Copies], body: Body) -> None:
     """Faces of all copies, shaded, what is far behind what is near."""
     faces, shares, bases, edges = [], [], [], []
     for c in copies:
-        base, polygons = np.array(to_rgb(c.colour)), c.polygons(outlines)
+        base, polygons = np.array(to_rgb(c.colour)), c.polygons(body)
         faces += polygons
         shares.append((0.75 - 0.45 * lit(polygons)) if c.dark else (0.5 - 0.35 * lit(polygons)))
         bases += [base] * len(polygons)
@@ -203,9 +200,9 @@ def _draw_solid(axes: Axes, copies: list[_Copies], outlines: Sequence[np.ndarray
     draw_faces(axes, faces, colours, edges, linewidths=0.5, joinstyle="round", zorder=2)
 
 
-def _draw_marks(axes: Axes, copies: _Copies, outlines: Sequence[np.ndarray]) -> None:
+def _draw_marks(axes: Axes, copies: _Copies, body: Body) -> None:
     """Texts below copies; of two in the same place one text."""
-    polygons, each = copies.polygons(outlines), len(outlines)
+    polygons, each = copies.polygons(body), len(body.faces)
     written: list[tuple[np.ndarray, str]] = []
     for i, text in copies.marks:
         points = np.concatenate(polygons[i * each : (i + 1) * each])[:, :2]

@@ -11,9 +11,8 @@ from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 
 from symmotion.errors import InputError
-from symmotion.report.figures import COLOURS, STYLE
+from symmotion.views.style import STYLE
 
-INK = COLOURS[5]
 # Markers beyond this many would run together, and fill a file.
 MOST_MARKERS = 60
 

@@ -7,48 +7,27 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import ListedColormap, to_rgba
 
+from symmotion.bodies import Body, Shape
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.motion import Motion
 from symmotion.program import Program
-from symmotion.report.figures import COLOURS
 from symmotion.systems import kkt_pattern
 from symmotion.views.parallel import VIEW, bare
-
-
-def letter_k() -> list[np.ndarray]:
-    """The outline of a letter K about the origin, as one closed polygon (12, 2): the body of HJK figures 1 and 2."""
-    k = [(0, 0), (0.22, 0), (0.22, 0.36), (0.34, 0.49), (0.68, 0), (0.96, 0), (0.5, 0.65), (0.92, 1.1), (0.64, 1.1)]
-    k += [(0.22, 0.64), (0.22, 1.1), (0, 1.1)]
-    return [np.array(k) - [0.45, 0.55]]
-
-
-def ellipse(centre: Sequence[float], axes: Sequence[float], angle: float = 0.0, points: int = 48) -> np.ndarray:
-    """(points, 2) an ellipse as a polygon; angle in degrees."""
-    s = np.linspace(0, 2 * np.pi, points, endpoint=False)
-    c, d = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
-    return np.column_stack([axes[0] * np.cos(s), axes[1] * np.sin(s)]) @ np.array([[c, d], [-d, c]]) + centre
-
-
-def eight_ellipses() -> list[np.ndarray]:
-    """A flower of eight ellipses about the origin, polygons (48, 2): the body of HJK figure 3."""
-    turns = 45.0 * np.arange(8)
-    return [
-        ellipse([0.62 * np.cos(np.deg2rad(a)), 0.62 * np.sin(np.deg2rad(a))], [0.36, 0.15 + 0.05 * (k % 2)], a)
-        for k, a in enumerate(turns)
-    ]
+from symmotion.views.style import COLOURS, INK
 
 
 def draw_body(
     axes: Axes,
     motion: Motion,
-    body: Sequence[np.ndarray],
+    body: Shape,
     times: np.ndarray,
     colour: str = COLOURS[0],
     alpha: float = 0.4,
 ) -> None:
-    """A planar body, closed polygons (P, 2), at several times of a planar motion."""
+    """A planar body at several times of a planar motion."""
+    shape = Body.of(body, 2)
     for t in times:
-        outlines = [motion.trajectory(polygon, t) for polygon in body]
+        outlines = shape.polygons(motion.trajectory(shape.vertices, t))
         axes.add_collection(PolyCollection(outlines, facecolors=colour, edgecolors=colour, alpha=alpha, linewidths=0.7))
     bare(axes)
 
@@ -56,7 +35,7 @@ def draw_body(
 def draw_path(axes: Axes, motion: Motion, point: Sequence[float] = (0.0, 0.0)) -> None:
     """The path of a body point of a planar motion."""
     path = motion.trajectory(point, np.linspace(*motion.domain, 300))[:, 0]
-    axes.plot(path[:, 0], path[:, 1], color="#000000", linewidth=0.8, alpha=0.6)
+    axes.plot(path[:, 0], path[:, 1], color=INK, linewidth=0.8, alpha=0.6)
 
 
 def draw_inner_products(
@@ -86,7 +65,7 @@ def draw_kkt(axes: Axes, program: Program) -> None:
     pattern = kkt_pattern(program).toarray()
     axes.imshow(np.where(pattern, 1.0, np.nan), cmap=ListedColormap([COLOURS[0]]), interpolation="nearest")
     for line in (axes.axhline, axes.axvline):
-        line(program.unknowns - 0.5, color="#000000", linewidth=0.6)
+        line(program.unknowns - 0.5, color=INK, linewidth=0.6)
     axes.grid(False)
     axes.set_title(f"{pattern.shape[0]} rows, {100 * pattern.mean():.3g} % filled")
 
@@ -102,8 +81,8 @@ def draw_ellipsoid(
         for k in range(3):
             ring = np.roll(circle, k, axis=1) * semi_axes
             path = motion.trajectory(ring, t) @ view
-            colour = COLOURS[5] if ink else COLOURS[k]
+            colour = INK if ink else COLOURS[k]
             axes.fill(*path.T, facecolor=to_rgba(colour, 0.12), edgecolor=colour, linewidth=1.3 if ink else 0.7)
     path = motion(np.linspace(*motion.domain, 300)).translation @ view
-    axes.plot(path[:, 0], path[:, 1], color="#000000", linewidth=0.8, alpha=0.6)
+    axes.plot(path[:, 0], path[:, 1], color=INK, linewidth=0.8, alpha=0.6)
     bare(axes)

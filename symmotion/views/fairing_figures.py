@@ -10,15 +10,13 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm, to_rgb
 from numpy.typing import ArrayLike
 
-from symmotion.bodies.quads import QuadMesh
+from symmotion.bodies import Body, Shape
 from symmotion.errors import InputError
 from symmotion.motions.rational import RationalMotion
 from symmotion.motions.two_parameter import TwoParameterMotion
-from symmotion.report.figures import COLOURS
-from symmotion.views.parallel import bare, draw_faces, lit, view_from
+from symmotion.views.parallel import DIRECTION, ISOPHOTES_LIGHT, bare, draw_faces, lit, view_from
+from symmotion.views.style import COLOURS, INK
 
-DIRECTION = (1.0, -1.6, 1.3)
-LIGHT = (0.3, -0.5, 1.0)
 Image = Literal["rotation", "dual", "trajectory"]
 
 
@@ -75,7 +73,7 @@ def facing(patch: Patch) -> np.ndarray:
 def draw_isophotes(
     axes: Axes,
     patch: Patch,
-    light: ArrayLike = LIGHT,
+    light: ArrayLike = ISOPHOTES_LIGHT,
     levels: int = 24,
     direction: ArrayLike | None = None,
     colour: str = COLOURS[0],
@@ -118,7 +116,7 @@ def draw_zebra(
 
 def _draw_border(axes: Axes, seen: np.ndarray) -> None:
     border = np.concatenate([seen[:, 0], seen[-1], seen[::-1, -1], seen[0, ::-1]])
-    axes.plot(border[:, 0], border[:, 1], color="#000000", linewidth=0.8)
+    axes.plot(border[:, 0], border[:, 1], color=INK, linewidth=0.8)
 
 
 def draw_net(axes: Axes, net: np.ndarray, direction: ArrayLike = DIRECTION, colour: str = COLOURS[0]) -> None:
@@ -126,7 +124,7 @@ def draw_net(axes: Axes, net: np.ndarray, direction: ArrayLike = DIRECTION, colo
     seen = (net @ view_from(direction))[..., :2]
     lines = [*seen, *np.swapaxes(seen, 0, 1)]
     axes.add_collection(LineCollection(lines, colors=colour, linewidths=0.8))
-    axes.plot(seen[..., 0].ravel(), seen[..., 1].ravel(), ".", color="#000000", markersize=2.5)
+    axes.plot(seen[..., 0].ravel(), seen[..., 1].ravel(), ".", color=INK, markersize=2.5)
     bare(axes)
 
 
@@ -169,15 +167,16 @@ def draw_bodies(
     axes: Axes,
     linear: np.ndarray,
     translation: np.ndarray,
-    body: QuadMesh,
+    body: Shape,
     direction: ArrayLike = DIRECTION,
     colour: str = COLOURS[0],
 ) -> None:
     """A body at positions (…, 3, 3) and (…, 3) in a parallel view, shaded, what is far behind what is near."""
     view = view_from(direction)
     linear, translation = linear.reshape(-1, 3, 3), translation.reshape(-1, 3)
-    points = translation[:, None] + body.vertices @ np.swapaxes(linear, 1, 2)
-    corners = (points @ view)[:, body.faces].reshape(-1, 4, 3)
+    shape = Body.of(body, 3)
+    points = translation[:, None] + shape.vertices @ np.swapaxes(linear, 1, 2)
+    corners = shape.polygons(points @ view)
     shade = 0.35 + 0.65 * lit(corners)
     colours = 1 - (1 - np.array(to_rgb(colour))) * (1.25 - 0.75 * shade[:, None])
     # Tens of thousands of small faces: as vectors they would be most of the page.
@@ -188,7 +187,7 @@ def draw_bodies(
 def draw_body_along(
     axes: Axes,
     motion: TwoParameterMotion | RationalMotion,
-    body: QuadMesh,
+    body: Shape,
     *parameters: ArrayLike,
     spread: tuple[float, float] = (0.0, 0.0),
     direction: ArrayLike = DIRECTION,

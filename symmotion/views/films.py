@@ -10,16 +10,17 @@ import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.collections import PolyCollection
 
-from symmotion.bodies.body import body_of, carried, dimension_of, letter_outline, placed
-from symmotion.bodies.outlines import as_outlines
+from symmotion.bodies import Body, Shape
+from symmotion.bodies.places import dimension_of, fitting_body, placed
 from symmotion.errors import InputError
-from symmotion.files.formats import FILMS, FilePath, format_of
-from symmotion.motions.motion import Motion
+from symmotion.files.formats import FilePath, format_of
+from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
-from symmotion.report.figures import COLOURS, new_figure
-from symmotion.views.parallel import VIEW
+from symmotion.views.parallel import VIEW, lit
+from symmotion.views.style import COLOURS, INK, new_figure
 from symmotion.whole import whole_file
 
+FILMS = ("gif", "mp4")
 SECONDS = 4.0
 FPS = 20.0
 SHORTEST = 2  # hundredths of a second that a frame of a GIF is shown
@@ -28,39 +29,40 @@ WIDTH = 480  # pixels; height follows from the motion
 HEIGHTS = (240, 640)
 # A GIF is put together in memory, 3 bytes a pixel.
 MOST_BYTES = 512 * 2**20
-LIGHT = np.array([0.3, 0.5, 0.8]) / np.linalg.norm([0.3, 0.5, 0.8])
 
 # From a time to polygons on the picture, back to front, and their colours.
 Picture = Callable[[float], tuple[list[np.ndarray], Any]]
 
 
 def write_animation(
-    motion: Motion | QuaternionMotion,
+    motion: Moving | QuaternionMotion,
     path: FilePath,
-    body: Any = None,
+    body: Shape | None = None,
     *,
     seconds: float = SECONDS,
     fps: float = FPS,
 ) -> None:
     """Write a film of a moving body: .gif, played again and again, or .mp4, which takes the program ffmpeg.
 
-    body: for a planar motion closed polygons (P, 2), one or a list, for a spatial one a mesh, an
-    object with .vertices and .faces or .triangles or a pair of such arrays; a letter F when left
-    out. Spatial motions are seen from (2, −3, 1.6), z upwards, without perspective. The thin line
-    is the path of the body's origin. seconds: the film's length, whatever the motion's; fps:
-    frames per second, in a GIF at most 50 and rounded so that a frame lasts whole hundredths of a second.
+    body: of any form that `Body.of` takes; a letter F when left out. Spatial motions are seen from
+    (2, −3, 1.6), z upwards, without perspective. The thin line is the path of the body's origin.
+    seconds: the film's length, whatever the motion's; fps: frames per second, in a GIF at most 50
+    and rounded so that a frame lasts whole hundredths of a second.
 
     Raises InputError for bad bodies, lengths and rates, films too large to be put together, mp4
     where ffmpeg is missing, and a path that cannot be written.
     """
     chosen, frames, writer = plan(path, seconds, fps)
     motion = placed(motion)
-    picture = _planar(motion, body) if dimension_of(motion) == 2 else _spatial(motion, body)
+    d = dimension_of(motion)
+    picture = _moving(motion, fitting_body(body, motion, dimension=d))
+    origin = motion(np.linspace(*motion.domain, 300)).translation
+    seen = origin if d == 2 else origin @ VIEW[:, :2]
     t = np.linspace(*motion.domain, frames)
     with whole_file(path, binary=True) as handle, TemporaryDirectory() as directory:
         film = Path(directory) / f"film.{chosen}"
         try:
-            _film(writer, film, picture, _origin(motion), t)
+            _film(writer, film, picture, seen, t)
         except CalledProcessError as error:
             raise InputError(f"{path}: ffmpeg failed ({error}): write .gif, or mend ffmpeg") from None
         handle.write(film.read_bytes())
@@ -108,7 +110,7 @@ def _film(writer: AbstractMovieWriter, film: Path, picture: Picture, path: np.nd
         figure.set_layout_engine("none")
         figure.set_facecolor("white")
         axes = figure.add_axes((0.03, 0.03, 0.94, 0.94))
-        axes.plot(*path.T, color=COLOURS[5], linewidth=0.8, alpha=0.5)
+        axes.plot(*path.T, color=INK, linewidth=0.8, alpha=0.5)
         polygons, colours = picture(t[0])
         drawn = PolyCollection(polygons, facecolors=colours, edgecolors="face", linewidths=0.4, zorder=3)
         axes.add_collection(drawn)
@@ -123,28 +125,23 @@ def _film(writer: AbstractMovieWriter, film: Path, picture: Picture, path: np.nd
                 writer.grab_frame()
 
 
-def _origin(motion: Motion) -> np.ndarray:
-    """(300, 2) the path of the body's origin on the picture."""
-    places = motion(np.linspace(*motion.domain, 300)).translation
-    return places if dimension_of(motion) == 2 else places @ VIEW[:, :2]
-
-
-def _planar(motion: Motion, body: Any) -> Picture:
-    polygons = [letter_outline(motion)] if body is None else as_outlines(body, 2)
-    return lambda t: ([motion.trajectory(polygon, t) for polygon in polygons], COLOURS[0])
-
-
-def _spatial(motion: Motion, body: Any) -> Picture:
-    mesh = body_of(body, motion)
-    # The mesh has linear colours, a picture those of sRGB; its default is the figures' own blue.
-    shades = (mesh.colours ** (1 / 2.2))[mesh.triangles].mean(axis=1)
+def _moving(motion: Moving, body: Body) -> Picture:
+    """The faces of a body at a time, in space from back to front, shaded."""
+    if body.dimension == 2:
+        return lambda t: (body.polygons(motion(t)(body.vertices)), COLOURS[0])
+    shades = _shades(body)
 
     def picture(t: float) -> tuple[list[np.ndarray], np.ndarray]:
-        triangles = (carried(motion, mesh.vertices, np.array([t]))[0] @ VIEW)[mesh.triangles]
-        normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-        size = np.linalg.norm(normal, axis=1, keepdims=True)
-        light = 0.55 + 0.45 * np.abs(normal @ LIGHT)[:, None] / np.where(size > 0, size, 1.0)
-        order = np.argsort(triangles[:, :, 2].mean(axis=1))
-        return list(triangles[order, :, :2]), (shades * light)[order]
+        faces = body.polygons(motion(t)(body.vertices) @ VIEW)
+        order = np.argsort([face[:, 2].mean() for face in faces], kind="stable")
+        colours = shades * (0.55 + 0.45 * lit(faces)[:, None])
+        return [faces[k][:, :2] for k in order], colours[order]
 
     return picture
+
+
+def _shades(body: Body) -> np.ndarray:
+    """(F, 3) the colours of faces."""
+    # The body has linear colours, a picture those of sRGB.
+    shades = body.shown_colours ** (1 / 2.2)
+    return np.array([shades[list(face)].mean(axis=0) for face in body.faces])

@@ -2,15 +2,11 @@
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
 from symmotion.bodies import Mesh
-from symmotion.report.figures import COLOURS
-from symmotion.views.parallel import VIEW
-
-# From the left above the viewer: right, up, towards.
-LIGHT = np.array([-0.35, 0.55, 0.75]) / np.linalg.norm([-0.35, 0.55, 0.75])
+from symmotion.views.parallel import LIGHT, VIEW, bare, draw_faces
+from symmotion.views.style import COLOURS, INK
 
 RESOLUTION = 200  # dots per inch
 
@@ -36,22 +32,18 @@ def draw_mesh(
     light = np.clip(np.where(front, normals, -normals) @ LIGHT, 0, 1)[:, None]
     base = np.where(front, to_rgb(colour), to_rgb(inside))
     shade = np.clip(base * (0.35 + 0.65 * light) + 0.3 * light**6, 0, 1)
-    order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")
     # Edges in the colour of the face: without them the page shines through between neighbours.
-    polygons = PolyCollection(
-        list(corners[order, :, :2]), facecolors=shade[order], edgecolors=shade[order], linewidths=0.7, rasterized=True
-    )
-    axes.add_collection(polygons)
+    draw_faces(axes, corners, shade, linewidths=0.7, rasterized=True)
     canvas = axes.get_figure(root=True)
     if canvas is not None:
         canvas.set_dpi(RESOLUTION)
-    frame(axes)
+    bare(axes)
 
 
 def draw_curve(
     axes: Axes,
     points: np.ndarray,
-    colour: str = COLOURS[5],
+    colour: str = INK,
     *,
     closed: bool = False,
     linewidth: float = 1.0,
@@ -61,12 +53,4 @@ def draw_curve(
     """A curve (N, 3) in space."""
     seen = (np.vstack([points, points[:1]]) if closed else points) @ view
     axes.plot(seen[:, 0], seen[:, 1], color=colour, linewidth=linewidth, alpha=alpha)
-    frame(axes)
-
-
-def frame(axes: Axes) -> None:
-    """Equal scales and no axes."""
-    axes.set_aspect("equal")
-    axes.autoscale_view()
-    axes.grid(False)
-    axes.set_axis_off()
+    bare(axes)

@@ -12,9 +12,7 @@ from symmotion.motions import RigidSamples, TwoParameterMotion
 from symmotion.motions.interpolants.slerps import SegmentCurve
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.motions.quaternions.algebra import rotate
-from symmotion.report.figures import COLOURS
 from symmotion.views.canvas import (
-    INK,
     MOST_MARKERS,
     as_numbers,
     fit_height,
@@ -23,9 +21,10 @@ from symmotion.views.canvas import (
     require_axes,
     require_kind,
 )
-from symmotion.views.fairing_figures import DIRECTION, facing, sample_patch
-from symmotion.views.parallel import view_from
+from symmotion.views.fairing_figures import facing, sample_patch
+from symmotion.views.parallel import DIRECTION, view_from
 from symmotion.views.spheres import draw_curve, draw_points, draw_sphere
+from symmotion.views.style import COLOURS, INK
 
 RateKind = Literal["rate", "sphere"]
 STYLES = ("-", "--", "-.")

@@ -22,13 +22,14 @@ from symmotion.fairing import FairingResult
 from symmotion.motions import Keyframes, RigidSamples, TwoParameterMotion
 from symmotion.motions.interpolants.slerps import SegmentCurve
 from symmotion.program import Program
-from symmotion.report.figures import new_figure, to_figure
-from symmotion.report.page import inline, shown
-from symmotion.report.values import Cell, Column, Table
 from symmotion.solvers import Comparison, Solution
+from symmotion.svg import as_element
+from symmotion.tables import Cell, Column, Table, shown
 from symmotion.views.canvas import FONT, HEIGHT, WIDTH, fit_height, stamps
 from symmotion.views.plots import plot_comparison, plot_fairing, plot_solution, solver_names
 from symmotion.views.solutions import keyframe_multipliers
+from symmotion.views.style import new_figure
+from symmotion.views.svg import as_svg
 
 MOST_PRICES = 5
 MOST_TEXT = 2000  # letters of a message or name
@@ -48,6 +49,18 @@ class Display:
 
     def html(self) -> str:
         return _template().render(vars(self))
+
+
+def html_of(thing: Any) -> str:  # Any: whatever there is to show
+    """A motion, solution, comparison or fairing result, as HTML."""
+    match thing:
+        case Solution():
+            return solution_html(thing)
+        case Comparison():
+            return comparison_html(thing)
+        case FairingResult():
+            return fairing_html(thing)
+    return motion_html(thing)
 
 
 def motion_html(motion: Any) -> str:
@@ -193,14 +206,14 @@ def _picture(draw: Callable[[Axes], Any]) -> tuple[Markup | str, tuple[str, ...]
             axes = figure.add_subplot()
             draw(axes)
             fit_height(axes)
-            drawn = to_figure(figure, "picture", "Picture")
+            drawn = as_svg(figure, "picture")
     except InputError as error:
         return "", (f"No picture: {error}",)
     except Exception as error:
         # A display that raises would hide the object that has to be looked at.
         return "", (f"No picture ({type(error).__name__}: {error})",)
     # Ids that differ from those of other outputs in the same notebook.
-    svg = str(inline(drawn, "sm" + sha256(drawn.svg.encode()).hexdigest()[:10]))
+    svg = str(as_element(drawn, "Picture", "sm" + sha256(drawn.encode()).hexdigest()[:10]))
     return Markup(svg.replace("<svg ", '<svg style="max-width:100%;height:auto" ', 1)), ()
 
 

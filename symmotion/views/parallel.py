@@ -1,4 +1,4 @@
-"""Parallel views of space: directions on a picture, light, and faces from back to front."""
+"""Parallel views of space: from where it is seen and lit, and faces from back to front."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,8 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import ArrayLike
 
-# From the left above the viewer: right, up, towards.
+# The light of all shaded pictures, from the left above the viewer: right, up, towards.
 LIGHT = np.array([-0.35, 0.55, 0.75]) / np.linalg.norm([-0.35, 0.55, 0.75])
+# That of isophotes stands still in space: they belong to a surface, whatever the view.
+ISOPHOTES_LIGHT = (0.3, -0.5, 1.0)
 
 
 def view_from(direction: ArrayLike) -> np.ndarray:
@@ -25,6 +27,8 @@ def view_from(direction: ArrayLike) -> np.ndarray:
 
 
 VIEW = view_from([2.0, -3.0, 1.6])
+# Where bodies in players, and surfaces, are seen from.
+DIRECTION = (1.0, -1.6, 1.3)
 
 
 def bare(axes: Axes) -> None:
@@ -62,7 +66,8 @@ def draw_faces(
 
     colours, edges: (F, 3) or (F, 4), the edges as the faces when left out; style: of the PolyCollection.
     """
-    order = np.argsort([face[:, 2].mean() for face in faces], kind="stable")
+    depth = faces[:, :, 2].mean(axis=1) if isinstance(faces, np.ndarray) else [face[:, 2].mean() for face in faces]
+    order = np.argsort(depth, kind="stable")
     outline = "face" if edges is None else np.asarray(edges)[order]
     shapes = [faces[k][:, :2] for k in order]
     axes.add_collection(PolyCollection(shapes, facecolors=colours[order], edgecolors=outline, **style))

@@ -10,13 +10,13 @@ from matplotlib.ticker import MaxNLocator
 from symmotion.errors import InputError
 from symmotion.fairing import FairingResult
 from symmotion.motions import TwoParameterMotion
-from symmotion.report.figures import COLOURS, draw_convergence
-from symmotion.report.values import Run
 from symmotion.solvers import Comparison, Solution
-from symmotion.views.canvas import INK, MOST_MARKERS, legend_above, on_axes, require_axes, require_kind
+from symmotion.views.canvas import MOST_MARKERS, legend_above, on_axes, require_axes, require_kind
+from symmotion.views.convergence import draw_convergence
 from symmotion.views.fairing_figures import draw_fairness
 from symmotion.views.motion_plots import STYLES, plot_curve
 from symmotion.views.solutions import keyframe_multipliers, keyframes_of, motion_or_none
+from symmotion.views.style import COLOURS, INK
 
 SolutionKind = Literal["motion", "convergence", "multipliers"]
 FairingKind = Literal["history", "knots"]
@@ -111,7 +111,7 @@ def solver_names(solutions: Sequence[Solution]) -> list[str]:
 def _plot_convergence(solutions: Sequence[Solution], axes: Axes | None) -> Axes:
     with on_axes(axes) as target:
         begun = len(target.lines)
-        draw_convergence(target, [Run.of("", s) for s in solutions])
+        draw_convergence(target, solutions)
         methods = [s.method for s in solutions]
         for k, (line, name) in enumerate(zip(target.lines[begun:], solver_names(solutions), strict=True)):
             line.set(label=name, linewidth=1.4, markersize=4)

@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 
-from symmotion.report.figures import COLOURS
+from symmotion.bodies import Body, Shape
 from symmotion.views.parallel import VIEW, bare
+from symmotion.views.style import COLOURS, INK
 
 
 def on_sphere(quaternions: np.ndarray) -> np.ndarray:
@@ -19,7 +20,7 @@ def on_sphere(quaternions: np.ndarray) -> np.ndarray:
 def draw_sphere(axes: Axes, view: np.ndarray = VIEW) -> None:
     """The unit sphere as its outline and a faint grid."""
     s = np.linspace(0, 2 * np.pi, 181)
-    axes.plot(np.cos(s), np.sin(s), color="#000000", linewidth=0.7)
+    axes.plot(np.cos(s), np.sin(s), color=INK, linewidth=0.7)
     circles = [
         np.column_stack([np.cos(a) * np.cos(s), np.cos(a) * np.sin(s), np.full_like(s, np.sin(a))])
         for a in np.deg2rad([-60, -30, 0, 30, 60])
@@ -29,7 +30,7 @@ def draw_sphere(axes: Axes, view: np.ndarray = VIEW) -> None:
         for a in np.deg2rad(np.arange(0, 180, 30))
     ]
     for circle in circles:
-        draw_curve(axes, circle, "#000000", linewidth=0.4, alpha=0.22, hidden=0.0, view=view)
+        draw_curve(axes, circle, INK, linewidth=0.4, alpha=0.22, hidden=0.0, view=view)
     bare(axes)
 
 
@@ -58,9 +59,7 @@ def draw_curve(
         axes.plot([], [], style, color=colour, linewidth=linewidth, label=label)
 
 
-def draw_points(
-    axes: Axes, points: np.ndarray, colour: str = "#000000", size: float = 4.0, view: np.ndarray = VIEW
-) -> None:
+def draw_points(axes: Axes, points: np.ndarray, colour: str = INK, size: float = 4.0, view: np.ndarray = VIEW) -> None:
     """Dots (N, 3) on the sphere, hollow where they lie behind."""
     seen = points @ view
     for x, y, depth in seen:
@@ -70,14 +69,15 @@ def draw_points(
 def draw_outlines(
     axes: Axes,
     pose: Callable[[np.ndarray], np.ndarray],
-    body: Sequence[np.ndarray],
+    body: Shape,
     colours: Sequence[str] = COLOURS,
     alpha: float = 0.35,
     linewidth: float = 0.8,
     view: np.ndarray = VIEW,
 ) -> None:
-    """A body of closed polygons (P, 3), each in a colour of its own, at one pose: from body points to the world's."""
-    faces = [pose(polygon) @ view for polygon in body]
+    """A body, each face in a colour of its own, at one pose: from body points to the world's."""
+    shape = Body.of(body, 3)
+    faces = shape.polygons(pose(shape.vertices) @ view)
     # From back to front.
     for k in sorted(range(len(faces)), key=lambda k: float(faces[k][:, 2].mean())):
         colour = colours[k % len(colours)]

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from problems import difference
 from scipy.interpolate import CubicSpline, make_interp_spline
-from symmotion.design.curve_conditions import CurveCondition
 
 import symmotion as sm
 from symmotion.constraints import CurveCondition

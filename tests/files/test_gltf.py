@@ -265,13 +265,13 @@ MESH = (np.eye(3), np.array([[0, 1, 2]]))
         (pose_motion(), "m.glb", {"seconds": np.nan}, "seconds nan: a positive duration"),
         (pose_motion(), "m.glb", {"tolerance": -1}, "tolerance -1: a positive share"),
         (pose_motion(), "m.glb", {"tolerance": 1e-12}, "more than 500 keys .* allow a larger tolerance"),
-        (pose_motion(), "m.glb", {"body": "box"}, "a body of type str: vertices"),
+        (pose_motion(), "m.glb", {"body": "box"}, "body: a file is read first, .* outlines are arrays of numbers"),
         (pose_motion(), "m.glb", {"body": (np.eye(4), MESH[1])}, r"body vertices of shape \(4, 4\)"),
         (pose_motion(), "m.glb", {"body": (np.eye(3) * np.nan, MESH[1])}, "body vertices .* finite"),
-        (pose_motion(), "m.glb", {"body": (MESH[0], [[0, 1]])}, r"triangles of shape \(1, 2\)"),
-        (pose_motion(), "m.glb", {"body": (MESH[0], [[0.0, 1, 2]])}, "triangles .* whole numbers"),
-        (pose_motion(), "m.glb", {"body": (MESH[0], [[0, 1, 2], [0, 1, 3]])}, "triangle 1 of the body has a corner"),
-        (spline_motion(sm.splines.BSplineBasis.clamped([0, 1, 1 + 1e-9, 2], 3)), "m.glb", {}, "together in single"),
+        (pose_motion(), "m.glb", {"body": (MESH[0], [[0, 1]])}, r"body faces of shape \(1, 2\)"),
+        (pose_motion(), "m.glb", {"body": (MESH[0], [[0.0, 1, 2]])}, r"body faces of shape \(1, 3\): whole numbers"),
+        (pose_motion(), "m.glb", {"body": (MESH[0], [[0, 1, 2], [0, 1, 3]])}, "face 1 of the body has a corner"),
+        (spline_motion(sm.splines.BSplineBasis.clamped([0, 1, 1 + 1e-9, 2], 3)), "m.glb", {}, "fall together in single"),
     ],
 )  # fmt: skip
 def test_bad_requests(tmp_path, monkeypatch, motion, name, options, message):

@@ -119,7 +119,7 @@ def test_write_motion_chooses_by_the_ending(tmp_path):
         (pose_motion(), "m.usda", {"tolerance": 0}, "tolerance 0: a positive share"),
         (pose_motion(), "m.usda", {"tolerance": 1e-8}, "more than 500 keys would be needed"),
         (pose_motion(), "m.usda", {"seconds": -1}, "seconds -1: a positive duration"),
-        (pose_motion(), "m.usda", {"body": 3}, "a body of type int"),
+        (pose_motion(), "m.usda", {"body": 3}, "body: a int is no outline"),
     ],
 )  # fmt: skip
 def test_bad_requests(tmp_path, monkeypatch, motion, name, options, message):

@@ -15,12 +15,11 @@ from matplotlib.image import imread
 from scipy.interpolate import CubicHermiteSpline
 
 import symmotion as sm
-from symmotion.bodies.quads import jug
+from symmotion.bodies import eight_ellipses, jug, letter_k, wedge
+from symmotion.bodies.places import placed
 from symmotion.motions.nets import smooth_net
-from symmotion.report import Column, Run, StudyRecord, StudyResult, Table, write_report
+from symmotion.report import Column, Run, StudyRecord, StudyResult, Table, Travelling, player, write_report
 from symmotion.report.comparison import comparison_result
-from symmotion.report.players import Travelling, fitting_body, player, turning, wedge
-from symmotion.views.drawing import eight_ellipses, letter_k
 
 # Their fixtures take long to make: once, in one process.
 pytestmark = pytest.mark.xdist_group("player")
@@ -48,7 +47,7 @@ def in_space(**changes):
 
 def spins():
     return {
-        f"× {f}": turning(sm.QuaternionMotion.hermite([1, 0, 0, 0], [0, 1, 0, 0], *np.eye(3)[:2] * f)) for f in (1, 9)
+        f"× {f}": placed(sm.QuaternionMotion.hermite([1, 0, 0, 0], [0, 1, 0, 0], *np.eye(3)[:2] * f)) for f in (1, 9)
     }
 
 
@@ -84,7 +83,9 @@ def far(track, motion, corners, count=1001):
         *spins().values(),
         smooth_net(8).isoparametric(v=5.0),
         Travelling(sm.curves.bezier([[0, 0, 0], [1e6, 0, 1], [1e6, 1e6, 0]]), (0.0, 1.0)),
-        sm.AffineMotion(sm.splines.BSplineBasis.clamped([1e6, 1e6 + 1e-3], 1), np.stack([np.eye(3)] * 2), 1e-4 * np.eye(3)[:2]),
+        sm.AffineMotion(
+            sm.splines.BSplineBasis.clamped([1e6, 1e6 + 1e-3], 1), np.stack([np.eye(3)] * 2), 1e-4 * np.eye(3)[:2]
+        ),
     ],
     ids=["affine", "turning", "turning fast", "rational", "a point", "soon"],
 )
@@ -104,7 +105,9 @@ def test_times_are_put_where_the_motion_bends():
 
 def test_a_corner_in_the_motion_ends_the_halving():
     made = player("a", {"m": sm.interpolants.polar_blend(KEYS[2], rotation="slerp")}, letter_k(), "")
-    assert far(made.tracks[0], sm.interpolants.polar_blend(KEYS[2], rotation="slerp"), np.concatenate(letter_k())) < 2e-3
+    assert (
+        far(made.tracks[0], sm.interpolants.polar_blend(KEYS[2], rotation="slerp"), np.concatenate(letter_k())) < 2e-3
+    )
 
 
 def test_a_jump_stays_a_jump():
@@ -123,8 +126,8 @@ def test_span_and_domain():
 def test_a_body_keeps_its_faces():
     mesh = jug().scaled(2.0)
     body = in_space(body=mesh).body
-    assert len(body.corners) == len({*body.corners}) < len(mesh.vertices)
-    used = {tuple(body.corners[i]) for face in body.faces for i in face}
+    assert len(body.vertices) == len({*map(tuple, body.vertices)}) < len(mesh.vertices)
+    used = {tuple(body.vertices[i]) for face in body.faces for i in face}
     assert len(body.faces) > 0.9 * len(mesh.faces) and all(3 <= len(set(f)) == len(f) for f in body.faces)
     assert np.allclose(np.ptp(list(used), axis=0), np.ptp(mesh.vertices, axis=0), atol=1e-3)
     assert [len(face) for face in in_the_plane().body.faces] == [12]
@@ -134,7 +137,8 @@ def test_a_body_keeps_its_faces():
 def test_the_body_of_a_comparison_suits_the_keyframes(scale):
     keys = sm.Keyframes(KEYS[3].times, KEYS[3].linear, scale * KEYS[3].translation)
     step = np.linalg.norm(np.diff(keys.translation, axis=0), axis=1)
-    size = np.ptp(np.concatenate(fitting_body(keys)) @ keys.linear[0].T, axis=0).max()
+    made = player("a", {"m": sm.interpolants.component_cubic(keys)}, None, "", keys)
+    size = np.ptp(made.body.vertices @ keys.linear[0].T, axis=0).max()
     assert step.min() / 3 < size < 3 * step.max()
 
 
@@ -149,10 +153,10 @@ def test_players_are_compact_and_pickle():
     [
         (lambda: in_space(body=letter_k()), "'space', 'optimum': a motion in dimension .* body in dimension 2"),
         (lambda: in_the_plane(keyframes=KEYS[3]), "keyframes in dimension 3, the body in 2"),
-        (lambda: in_the_plane(body=[]), "closed polygons"),
+        (lambda: in_the_plane(body=[]), "one outline or more"),
         (lambda: in_the_plane(body=[np.zeros((2, 2))]), "closed polygons"),
         (lambda: in_the_plane(body=[np.zeros((3, 2))]), "do not coincide"),
-        (lambda: in_the_plane(body=[np.full((3, 2), np.nan)]), "finite"),
+        (lambda: in_the_plane(body=[np.full((3, 2), np.nan)]), "outline 0: a point is not finite"),
         (lambda: in_the_plane(motions={}), "at least one motion"),
         (lambda: in_the_plane(span=(0.5, 0.5)), "span"),
         (lambda: in_the_plane(span=(0.5, 2.0)), "span"),
@@ -268,7 +272,7 @@ def path(tmp_path_factory):
 
 
 def three():
-    return {**spins(), "× 0": turning(sm.QuaternionMotion.hermite([1, 0, 0, 0], [0.8, 0, 0.6, 0], [0] * 3, [0] * 3))}
+    return {**spins(), "× 0": placed(sm.QuaternionMotion.hermite([1, 0, 0, 0], [0.8, 0, 0.6, 0], [0] * 3, [0] * 3))}
 
 
 @contextmanager

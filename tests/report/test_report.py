@@ -16,9 +16,11 @@ import pytest
 
 import symmotion as sm
 from symmotion.report import Column, Figure, Run, StudyRecord, StudyResult, Table, write_report
-from symmotion.report.figures import COLOURS, convergence_figure, new_figure, to_figure
-from symmotion.report.page import duration, shown
-from symmotion.report.svg_paths import shortened
+from symmotion.report.figures import convergence_figure, to_figure
+from symmotion.report.page import duration
+from symmotion.tables import shown
+from symmotion.views.style import COLOURS, new_figure
+from symmotion.views.svg_paths import shortened
 from symmotion.solvers import Iteration, Status
 
 EVIL = "<script>alert(1)</script>"

@@ -10,7 +10,7 @@ from studied import table
 
 import symmotion as sm
 from studies.fairing import fairing_methods, fairing_nets, fairing_spatial, fairing_spherical, tool_path
-from symmotion.bodies.quads import grid_mesh, joined, jug, read_teapot
+from symmotion.bodies import grid_mesh, joined, jug, read_teapot
 from symmotion.fairing import fair
 from symmotion.motions import noisy_net, smooth_net
 from symmotion.report import StudyOptions

@@ -330,8 +330,8 @@ def test_a_solution_shows_its_motion_with_the_keyframes(comparison):
     axes = comparison.solutions[0].plot()
     texts = [t.get_text() for t in axes.texts]
     assert texts[:4] == ["0 (t = 0)", "1", "2", "3 (t = 1)"]
-    # A slab in the shape of a K has 14 faces; the copies at the ends are those of the keyframes.
-    assert len(polygons(axes)) == 14 * (9 - 2 + 4)
+    # A slab in the shape of an F has 12 faces; the copies at the ends are those of the keyframes.
+    assert len(polygons(axes)) == 12 * (9 - 2 + 4)
 
 
 PROGRAMS = {

@@ -101,7 +101,7 @@ def test_a_broken_ffmpeg_leaves_no_file(tmp_path, monkeypatch):
         (PLANAR, "m.gif", {"body": [DISC, DISC[:1]]}, r"outline 1: shape \(1, 2\)"),
         (PLANAR, "m.gif", {"body": np.eye(3)}, r"outline 0: shape \(3, 3\)"),
         (PLANAR, "m.gif", {"body": "disc"}, "outlines are arrays of numbers"),
-        (SPATIAL, "m.gif", {"body": DISC}, "a body of type ndarray"),
+        (SPATIAL, "m.gif", {"body": DISC}, r"outline 0: shape \(40, 2\); \(P, 3\)"),
     ],
 )  # fmt: skip
 def test_bad_requests(tmp_path, monkeypatch, motion, name, options, message):

@@ -19,9 +19,9 @@ from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.motion import matrix, trajectory
-from symmotion.motions.pictures import as_html, plot_positions
 from symmotion.motions.position import Affine
 from symmotion.motions.rigid import polar_factors
+from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
 from symmotion.values import value

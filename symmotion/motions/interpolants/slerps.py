@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from symmotion.checks import numbers, read_only, whole
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
-from symmotion.motions.pictures import as_html, plot_rates
 from symmotion.motions.position import homogeneous
 from symmotion.motions.quaternions.algebra import Signs, aligned, as_quaternions, conjugate, exp, log, product, rotate
 from symmotion.motions.quaternions.curve import Frame, QuaternionJet, checked_frame, turning
 from symmotion.motions.quaternions.keys import OrientationKeys
+from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import check_times
 from symmotion.values import value

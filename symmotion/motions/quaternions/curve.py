@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from symmotion.checks import choice, numbers, read_only
 from symmotion.curves.bezier import check_domain
 from symmotion.errors import InputError
-from symmotion.motions.pictures import as_html, plot_rates
 from symmotion.motions.position import Affine, homogeneous
 from symmotion.motions.quaternions.algebra import (
     Signs,
@@ -27,6 +26,7 @@ from symmotion.motions.quaternions.algebra import (
     to_rotation,
 )
 from symmotion.motions.quaternions.jets import evaluate
+from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis
 from symmotion.values import value

@@ -1,51 +1,31 @@
-"""Bodies to draw along motions: quadrilateral meshes, of our own or from Bézier patches."""
+"""Bodies of quadrilaterals to draw along motions: grids of points, of our own or from Bézier patches."""
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from symmotion.bodies.body import Body, joined
 from symmotion.errors import InputError
 
 
-@dataclass(frozen=True, eq=False)
-class QuadMesh:
-    """A surface of quadrilaterals; vertices: (P, 3); faces: (F, 4) their corners, in order round each."""
-
-    vertices: np.ndarray
-    faces: np.ndarray
-
-    def scaled(self, size: float) -> "QuadMesh":
-        """The mesh centred at the origin, its longest side of the bounding box made `size` long."""
-        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
-        return QuadMesh((self.vertices - (low + high) / 2) * size / (high - low).max(), self.faces)
-
-
-def grid_mesh(points: np.ndarray) -> QuadMesh:
-    """The mesh of a grid of points (U, V, 3)."""
+def grid_mesh(points: np.ndarray) -> Body:
+    """The body of the quadrilaterals of a grid of points (U, V, 3)."""
     u, v = points.shape[:2]
     index = np.arange(u * v).reshape(u, v)
     corners = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
-    return QuadMesh(points.reshape(-1, 3), np.stack(corners, axis=-1).reshape(-1, 4))
+    return Body(points.reshape(-1, 3), tuple(map(tuple, np.stack(corners, axis=-1).reshape(-1, 4).tolist())))
 
 
-def ellipsoid_mesh(semi_axes: Sequence[float]) -> QuadMesh:
+def ellipsoid_mesh(semi_axes: Sequence[float]) -> Body:
     """An ellipsoid about the origin, 12 faces round and 8 from pole to pole."""
     round_, up = np.linspace(0, 2 * np.pi, 13)[:, None], np.linspace(-np.pi / 2, np.pi / 2, 9)
     sphere = [np.cos(round_) * np.cos(up), np.sin(round_) * np.cos(up), 0 * round_ + np.sin(up)]
     return grid_mesh(np.stack(sphere, axis=-1) * semi_axes)
 
 
-def joined(meshes: list[QuadMesh]) -> QuadMesh:
-    """Several meshes as one."""
-    offsets = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
-    faces = [m.faces + o for m, o in zip(meshes, offsets, strict=True)]
-    return QuadMesh(np.concatenate([m.vertices for m in meshes]), np.concatenate(faces))
-
-
-def jug(segments: int = 12) -> QuadMesh:
+def jug(segments: int = 12) -> Body:
     """A jug made by the project: a surface of revolution about z with a spout along x and a handle opposite."""
     angle = np.linspace(0, 2 * np.pi, segments + 1)
     profile = np.array([(0.0, 0.0), (1.2, 0.0), (1.9, 0.8), (1.6, 1.8), (0.9, 2.3), (1.0, 2.6)])
@@ -74,7 +54,7 @@ REFLECTIONS = {"handle": ((1, 1), (1, -1)), "spout": ((1, 1), (1, -1))}
 FOURFOLD = ((1, 1), (-1, 1), (1, -1), (-1, -1))
 
 
-def read_teapot(path: Path, pieces: int = 3) -> QuadMesh:
+def read_teapot(path: Path, pieces: int = 3) -> Body:
     """The Utah teapot from a JSON file of bicubic Bézier patches, `pieces` quadrilaterals along each side of a patch.
 
     Entries: points (P, 3), patches (B, 16) of indices into them, order (B,) the parts' names.

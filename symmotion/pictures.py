@@ -1,0 +1,110 @@
+"""The one place that looks up: how motions, solutions and results draw and show themselves, by `symmotion.views`.
+
+Each function becomes a method of classes that lie below the pictures. Who only computes never imports Matplotlib.
+"""
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from numpy.typing import ArrayLike
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from symmotion.bodies import Shape
+    from symmotion.fairing import FairingResult
+    from symmotion.motions import Keyframes, RigidSamples, TwoParameterMotion
+    from symmotion.motions.interpolants import SegmentCurve
+    from symmotion.motions.motion import Moving
+    from symmotion.motions.quaternions import QuaternionMotion
+    from symmotion.solvers import Comparison, Solution
+
+
+def plot_positions(
+    self: "Moving",
+    axes: "Axes | None" = None,
+    *,
+    body: "Shape | None" = None,
+    times: int | ArrayLike = 9,
+    keyframes: "Keyframes | None" = None,
+    colour: str | None = None,
+    label: str | None = None,
+) -> "Axes":
+    """A body at several times and the path of its origin; arguments as for `symmotion.views.plot_body`."""
+    from symmotion.views.body_plots import plot_body
+
+    return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label)
+
+
+def plot_keyframes(
+    self: "Keyframes",
+    axes: "Axes | None" = None,
+    *,
+    body: "Shape | None" = None,
+    colour: str | None = None,
+    label: str | None = None,
+) -> "Axes":
+    """A body at the keyframes; arguments as for the `plot` of motions. Returns the axes."""
+    from symmotion.views.body_plots import plot_keyframes
+
+    return plot_keyframes(self, axes, body=body, colour=colour, label=label)
+
+
+def plot_rates(
+    self: "QuaternionMotion | SegmentCurve", axes: "Axes | None" = None, *, kind: Literal["rate", "sphere"] = "rate"
+) -> "Axes":
+    """The body rate over time, or the moving unit vectors on the sphere; returns the axes."""
+    from symmotion.views.motion_plots import plot_orientation
+
+    return plot_orientation(self, axes, kind=kind)
+
+
+def plot_net(self: "TwoParameterMotion", axes: "Axes | None" = None, *, point: ArrayLike | None = None) -> "Axes":
+    """The trajectory surface of a body point (3,) by its parameter lines; returns the axes.
+
+    Of the origin when left out, and of a spherical motion, whose origin stays, the quaternion surface in E³.
+    """
+    from symmotion.views.motion_plots import plot_net
+
+    return plot_net(self, axes, point=point)
+
+
+def plot_deviations(self: "RigidSamples", axes: "Axes | None" = None) -> "Axes":
+    """The deviations over time; returns the axes."""
+    from symmotion.views.motion_plots import plot_deviations
+
+    return plot_deviations(self, axes)
+
+
+def plot_solution(
+    self: "Solution", axes: "Axes | None" = None, *, kind: Literal["motion", "convergence", "multipliers"] | None = None
+) -> "Axes":
+    """The motion with its keyframes, the convergence or the multipliers; returns the axes.
+
+    When left out, the motion where it has a picture, else the convergence.
+    """
+    from symmotion.views.plots import plot_solution
+
+    return plot_solution(self, axes, kind=kind)
+
+
+def plot_comparison(self: "Comparison", axes: "Axes | None" = None) -> "Axes":
+    """Stationarity over the iterations, solver by solver; returns the axes."""
+    from symmotion.views.plots import plot_comparison
+
+    return plot_comparison(self, axes)
+
+
+def plot_fairing(
+    self: "FairingResult", axes: "Axes | None" = None, *, kind: Literal["history", "knots"] = "history"
+) -> "Axes":
+    """G over the steps, or what is left of it at the knots; returns the axes."""
+    from symmotion.views.plots import plot_fairing
+
+    return plot_fairing(self, axes, kind=kind)
+
+
+def as_html(self: Any) -> str:  # Any: whatever there is to show
+    """Facts and a picture, for notebooks."""
+    from symmotion.views.notebook import html_of
+
+    return html_of(self)

@@ -1,0 +1,43 @@
+"""Motions made of less: a curve that carries a body, a part of a motion."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symmotion.bodies.places import dimension_of
+from symmotion.motions import Affine
+from symmotion.motions.motion import Moving
+
+
+@dataclass(frozen=True, eq=False)
+class Clipped:
+    """A motion between two times of its own."""
+
+    motion: Moving
+    domain: tuple[float, float]
+
+    @property
+    def dimension(self) -> int:
+        return dimension_of(self.motion)
+
+    def __call__(self, t: ArrayLike, nu: int = 0, /) -> Affine:
+        return self.motion(t, nu)
+
+
+@dataclass(frozen=True, eq=False)
+class Travelling:
+    """The motion that carries a body along a curve, a function of t and nu, without turning it."""
+
+    curve: Callable[[ArrayLike, int], np.ndarray]
+    domain: tuple[float, float]
+
+    @property
+    def dimension(self) -> int:
+        return dimension_of(self)
+
+    def __call__(self, t: ArrayLike, nu: int = 0, /) -> Affine:
+        place = np.asarray(self.curve(t, nu))
+        d = place.shape[-1]
+        return Affine(np.broadcast_to(np.eye(d) if nu == 0 else np.zeros((d, d)), (*place.shape, d)), place)

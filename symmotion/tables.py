@@ -1,0 +1,64 @@
+"""Tables as plain data that pickles, and their cells as a reader wants them."""
+
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from symmotion.errors import InputError
+
+Cell = str | int | float | bool | None
+MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times
+
+
+@dataclass(frozen=True)
+class Column:
+    """A table column's heading and the unit of its numbers."""
+
+    name: str
+    unit: str = ""
+
+    @property
+    def digits(self) -> int:
+        """How many significant digits a reader is shown: times and memory that were measured have three."""
+        return 3 if self.unit in MEASURED else 5
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text, numbers, truth values or None (missing), one cell per column; NumPy scalars become plain ones."""
+
+    name: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    caption: str = ""
+
+    def __post_init__(self):
+        rows = tuple(tuple(c.item() if isinstance(c, np.generic) else c for c in row) for row in self.rows)
+        for i, row in enumerate(rows):
+            if len(row) != len(self.columns):
+                raise InputError(f"table {self.name!r}, row {i}: {len(row)} cells for {len(self.columns)} columns")
+            for cell in row:
+                if not isinstance(cell, str | int | float | None):
+                    raise InputError(f"table {self.name!r}, row {i}: a cell cannot be a {type(cell).__name__}")
+        object.__setattr__(self, "columns", tuple(self.columns))
+        object.__setattr__(self, "rows", rows)
+
+    @property
+    def numeric(self) -> tuple[bool, ...]:
+        """Per column, whether it holds numbers only, missing ones aside."""
+        cells = ([row[k] for row in self.rows if row[k] is not None] for k in range(len(self.columns)))
+        return tuple(all(isinstance(c, int | float) and not isinstance(c, bool) for c in column) for column in cells)
+
+
+def shown(value: Cell, digits: int = 5) -> str:
+    """A table cell as a reader wants it: numbers to some significant digits, a dash for what is missing."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if not isinstance(value, float):
+        return str(value)
+    whole = 10**digits <= abs(value) < 10 ** (digits + 3)
+    return re.sub(r"e([+-])0*", lambda e: "e" + e[1].strip("+"), f"{value:.0f}" if whole else f"{value:.{digits}g}")
