@@ -13,13 +13,14 @@ from matplotlib.collections import PolyCollection
 from symmotion.bodies.body import body_of, carried, dimension_of, letter_outline, placed
 from symmotion.bodies.outlines import as_outlines
 from symmotion.errors import InputError
-from symmotion.files.formats import FILMS, FilePath, format_of
+from symmotion.files.formats import FilePath, format_of
 from symmotion.motions.motion import Motion
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.report.figures import COLOURS, new_figure
 from symmotion.views.parallel import VIEW
 from symmotion.whole import whole_file
 
+FILMS = ("gif", "mp4")
 SECONDS = 4.0
 FPS = 20.0
 SHORTEST = 2  # hundredths of a second that a frame of a GIF is shown
