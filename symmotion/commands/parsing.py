@@ -112,7 +112,8 @@ def add_format_options(
         if options[0].of_text is bool:
             parser.add_argument(flag, dest=f"{way}_{name}", help=shown, action="store_true")
         else:
-            parser.add_argument(flag, dest=f"{way}_{name}", help=shown, type=options[0].of_text or str, metavar=name.upper())
+            of_text = options[0].of_text or str
+            parser.add_argument(flag, dest=f"{way}_{name}", help=shown, type=of_text, metavar=name.upper())
 
 
 def format_options(

@@ -286,5 +286,5 @@ def test_write_motion_chooses_by_the_ending(tmp_path):
     assert written.exact
     assert written.path == tmp_path / "m.glb"
     assert write_motion(motion, tmp_path / "m.csv") is None
-    with pytest.raises(InputError, match="m.glb: glb has no rate: it goes with csv, tum"):
+    with pytest.raises(InputError, match=r"m\.glb: glb has no rate: it goes with csv, tum"):
         write_motion(motion, tmp_path / "m.glb", rate=3)
