@@ -97,13 +97,18 @@ def format_of(path: FilePath, format: str | None, formats: Sequence[str]) -> str
     return chosen
 
 
+def rows_of(path: FilePath, among: Sequence[Format], format: str | None = None) -> list[Format]:
+    """The rows of the format given, else of the path's ending; InputError where there is none."""
+    chosen = format_of(path, format, endings(among))
+    return [row for row in among if chosen in row.endings]
+
+
 def row_of(path: FilePath, among: Sequence[Format], format: str | None = None) -> Format:
     """The row of the format given, else of the path's ending; InputError where there is none, or more than one."""
-    chosen = format_of(path, format, endings(among))
-    found = [row for row in among if chosen in row.endings]
+    found = rows_of(path, among, format)
     if len(found) > 1:
         names = " and ".join(row.name for row in found)
-        raise InputError(f"{path}: the formats {names} all have the ending {chosen!r}: leave all but one of them out")
+        raise InputError(f"{path}: the formats {names} have the same ending: leave all but one of them out")
     return found[0]
 
 

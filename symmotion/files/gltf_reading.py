@@ -229,5 +229,8 @@ def _beside(uri: Place) -> bytes:
     name = unquote(uri.text())
     if not name or name in (".", "..") or any(c in name for c in "/\\:\0"):
         raise uri.fault(f"{name!r:.60}: the name of a file in the same directory is needed")
-    with readable(Path(uri.path).parent / name, binary=True) as handle:
-        return handle.read()
+    try:
+        with readable(Path(uri.path).parent / name, binary=True) as handle:
+            return handle.read()
+    except InputError as error:
+        raise uri.fault(str(error)) from None

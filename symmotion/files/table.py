@@ -31,7 +31,7 @@ def one_character(value: str, what: str) -> str:
 TIMES = Option("times", "times (M,) in place of the file's")
 DELIMITER = Option("delimiter", "the character between columns", str, check=one_character)
 NODE = Option("node", "joint or node, by name or index; default: the root", name_or_index)
-ANIMATION = Option("animation", "animation, by name or index", name_or_index, 0)
+ANIMATION = Option("animation", "animation, by name or index; default: the first", name_or_index)
 
 SAMPLE_TIMES = Option("times", "times (N,) of the samples")
 RATE = Option("rate", "samples per unit of time; default: 200 in all", float, check=checks.positive)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import symmotion as sm
-from symmotion.commands.main import main, objective_by_name
+from symmotion.commands import main
+from symmotion.commands.objectives import objective_by_name
 
 KEYS = sm.examples.random_keyframes(5, 50, 1)
 
@@ -59,28 +60,28 @@ def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_pa
         (["design", "{poses}", "-o", "{tmp}/m.obj"], "format 'obj' is unknown; there are json, csv, tum"),
         (["design", "{poses}", "-o", "{tmp}/no/m.json"], "no/m.json"),
         (["design", "{poses}", "-o", "{tmp}/no/m.glb"], "no/m.glb"),
-        (["design", "{poses}", "-o", "{tmp}/m.json", "--node", "hip"], "poses.tum: has no nodes"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--node", "hip"], "--node goes with .bvh, .glb, .gltf: leave"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--seconds", "3"], "--seconds goes with .glb, .usda, .gif, .mp4"),
-        (["design", "{poses}", "-o", "{tmp}/m.glb", "--seconds", "-3"], "--seconds -3: a positive number"),
+        (["design", "{poses}", "-o", "{tmp}/m.glb", "--seconds", "-3"], "--seconds -3.0: a positive number"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "{tmp}/m.glb", "--rate", "9"], "--rate goes with .csv, .tum"),
         (["design", "{poses}", "-o", "{tmp}/m.csv", "--rate", "nan"], "--rate nan: a positive number"),
         (["design", "{poses}", "-o", "{tmp}/m.glb", "--orthonormalise"], "--orthonormalise goes with .tum"),
-        (["design", "{poses}", "-o", "{tmp}/m.json", "{poses}"], "poses.tum: is the file of the keyframes"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "{poses}"], "poses.tum: is the file that is read"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "{tmp}/m.gif", "--seconds", "1e6"], "m.gif: 1e+06 seconds of 20"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "{tmp}/no/m.gif"], "no/m.gif: cannot be written"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--objective", "torque"], "objective 'torque' is unknown"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--objective", "1.2.3*rigidity"], "'1.2.3' is no number"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--objective=-1*rigidity"], "weight -1 of R"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--solver", "snopt"], "solver 'snopt' is unknown; there are"),
-        (["design", "{poses}", "-o", "{tmp}/m.json", "--degree", "0"], "poses.tum: degree 0"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--degree", "0"], "--degree 0: a whole number, 1 or more"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--degree", "three"], "invalid int value: 'three'"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--ends", "periodic"], "last keyframe equal to the first"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--solver", "elimination", "--degree", "5"], "insert more knots"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--periodic"], "first and the last keyframe differ"),
-        (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "-1"], "must be positive"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "-1"], "--tolerance -1.0: a positive finite"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--solver", "newton"], "inequality; Ipopt()"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--auto-knots", "3"], "leave one out"),
-        (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "-3"], "budget -3"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "-3"], "--auto-knots -3: a whole number, 0"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "3", "--free-times"], "leave one out"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--free-times"], "leave one out"),
         (["compare", "{poses}", "-o", "{poses}"], "poses.tum"),

@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from symmotion.commands.main import main
+from symmotion.commands import main
 from symmotion.fairing import fair
 from symmotion.files import read_two_parameter, write_two_parameter
 from symmotion.motions.nets import noisy_net, smooth_net
@@ -58,8 +58,8 @@ def test_options_are_those_of_fair(arguments, keywords, net, tmp_path):
         (["{tmp}/none.json", "-o", "{tmp}/m.json"], "none.json: "),
         (["{net}", "-o", "{tmp}/m.tum"], "format 'tum' is unknown; there are json, npz"),
         (["{net}", "-o", "{tmp}/no/m.json"], "no/m.json"),
-        (["{net}", "-o", "{tmp}/m.json", "--method", "magic"], "net.json: method 'magic' is unknown"),
-        (["{net}", "-o", "{tmp}/m.json", "--target", "-1"], "target -1.0"),
+        (["{net}", "-o", "{tmp}/m.json", "--method", "magic"], "--method 'magic' is unknown; there are greedy, orth"),
+        (["{net}", "-o", "{tmp}/m.json", "--target", "-1"], "--target -1.0: a positive finite"),
         (["{net}", "-o", "{tmp}/m.json", "--target", "low"], "invalid float value: 'low'"),
         (["{net}", "-o", "{tmp}/m.json", "--method", "bounded"], "needs a tolerance"),
         (["{net}", "-o", "{tmp}/m.json", "--region", "0", "1", "2"], "expected 4 arguments"),

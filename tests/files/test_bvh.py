@@ -244,7 +244,7 @@ def test_small_files_cannot_ask_for_much(file):
     [
         ({"motion": np.zeros((2, 3))}, r"frames of shape \(2, 3\): finite, shape \(F, 1\)"),
         ({"motion": np.full((2, 1), np.inf)}, "frames of shape .* finite"),
-        ({"frame_time": 0.0}, "a frame time of 0.0: a positive"),
+        ({"frame_time": 0.0}, "frame_time 0.0: a positive"),
         ({"joints": (Joint("a", 0, np.zeros(3), ("Xposition",)),)}, "joint 0, a: its parent 0 does not come before"),
         ({"joints": (Joint("a", -1, np.zeros(3), ("Wposition",)),)}, "joint 0, a: an offset .* and channels"),
     ],

@@ -249,7 +249,7 @@ SAMPLER = ("animations", 0, "samplers", 0)
         (changed(("buffers", 0, "uri"), "../a.bin"), r"buffers\[0\].uri: '../a.bin': the name of a file in the same"),
         (changed(("buffers", 0, "uri"), "%2e%2e%2fa.bin"), r"buffers\[0\].uri: '../a.bin': the name of a file"),
         (changed(("buffers", 0, "uri"), "/etc/passwd"), r"buffers\[0\].uri: '/etc/passwd': the name of a file"),
-        (changed(("buffers", 0, "uri"), "none.bin"), "none.bin: cannot be read: No such file"),
+        (changed(("buffers", 0, "uri"), "none.bin"), "uri: none.bin: cannot be read: No such file"),
         (changed(("buffers",), []), r"bufferViews\[0\].buffer: refers to a list that is empty"),
         (changed(("extensionsRequired",), ["EXT_meshopt_compression"]), "extensionsRequired: EXT_meshopt_compression"),
     ],

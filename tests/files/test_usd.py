@@ -116,9 +116,9 @@ def test_write_motion_chooses_by_the_ending(tmp_path):
          "the motion jumps at time 2: keys"),
         (pose_motion(), "m.usd", {}, "m.usd: format 'usd' is unknown; there are usda"),
         (pose_motion(), "no/m.usda", {}, "no/m.usda: cannot be written"),
-        (pose_motion(), "m.usda", {"tolerance": 0}, "tolerance 0: a positive share"),
+        (pose_motion(), "m.usda", {"tolerance": 0}, "tolerance 0: a positive number"),
         (pose_motion(), "m.usda", {"tolerance": 1e-8}, "more than 500 keys would be needed"),
-        (pose_motion(), "m.usda", {"seconds": -1}, "seconds -1: a positive duration"),
+        (pose_motion(), "m.usda", {"seconds": -1}, "seconds -1: a positive number"),
         (pose_motion(), "m.usda", {"body": 3}, "body: a int is no outline"),
     ],
 )  # fmt: skip

@@ -1,0 +1,71 @@
+"""`symmotion compare`: the solvers side by side on your keyframes."""
+
+import argparse
+from pathlib import Path
+from time import perf_counter
+
+from symmotion.commands.films import ALL_FORMATS
+from symmotion.commands.objectives import OBJECTIVES, objective_by_name
+from symmotion.commands.parsing import Commands, add_command, add_input, add_spline, at_fault, check_spline, say
+from symmotion.errors import SolveError
+from symmotion.files import read_keyframes
+from symmotion.files.formats import rows
+from symmotion.solvers import solver_by_name
+
+EXAMPLE = "  symmotion compare poses.tum --objective rigidity rigidity2 --solvers newton ipopt -o report"
+SOLVERS = ("newton", "ipopt", "elimination")
+READ = rows(ALL_FORMATS, "read", "keyframes")
+
+
+def add(commands: Commands) -> None:
+    """The command and its options."""
+    parser = add_command(
+        commands,
+        "compare",
+        run,
+        "solvers side by side on your keyframes, as a report",
+        example=EXAMPLE,
+        formats=READ,
+    )
+    add_input(parser, READ, "keyframes", several=True)
+    parser.add_argument("-o", "--output", type=Path, default=Path("report"), metavar="DIR", help="default: report")
+    parser.add_argument(
+        "--objective",
+        nargs="+",
+        default=["rigidity"],
+        metavar="NAME",
+        help=f"{', '.join(OBJECTIVES)} or weighted sums such as rigidity+0.001*energy; default: rigidity",
+    )
+    parser.add_argument("--solvers", nargs="+", default=SOLVERS, metavar="NAME", help=f"default: {' '.join(SOLVERS)}")
+    add_spline(parser)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Compare and write the report; SolveError where no solver reached a minimum of one of the problems."""
+    # Matplotlib and Jinja take longer to import than a design takes to solve.
+    from symmotion.report import StudyRecord, require_writable, write_report
+    from symmotion.report.comparison import comparison_result
+
+    check_spline(options)
+    with at_fault("--solvers"):
+        solvers = [solver_by_name(name) for name in options.solvers]
+    files = [(path, read_keyframes(path)) for path in options.files]
+    with at_fault("--objective"):
+        asked = [[objective_by_name(name, keys.dimension) for name in options.objective] for _, keys in files]
+    require_writable(options.output)
+    records, failed = [], False
+    for k, ((path, keys), objectives) in enumerate(zip(files, asked, strict=True)):
+        began = perf_counter()
+        with at_fault(path):
+            result = comparison_result(keys, objectives, options.degree, options.refine, solvers)
+        reached = {r.case for r in result.runs if r.status == "solved" and r.inertia != "indefinite"}
+        failed |= any(o.name not in reached for o in objectives)
+        question = f"{path}: {len(keys)} keyframes in {keys.dimension}D"
+        records.append(StudyRecord(f"file_{k + 1}", question, "your keyframes", perf_counter() - began, result))
+    settings = f"Degree {options.degree}, {options.refine} inserted knots per segment."
+    page = write_report(records, options.output, "symmotion: comparison", settings)
+    for record in records:
+        say(options, f"{record.question}\n{record.result.conclusion if record.result else record.error}\n")
+    say(options, f"report: {page}")
+    if failed:
+        raise SolveError("no solver reached a minimum of one of the problems; the report says why")

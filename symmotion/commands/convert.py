@@ -1,0 +1,78 @@
+"""`symmotion convert`: keyframes or motions from one format to another."""
+
+import argparse
+from collections.abc import Sequence
+
+from symmotion.commands.films import ALL_FORMATS
+from symmotion.commands.outputs import check_outputs, write_outputs
+from symmotion.commands.parsing import (
+    Commands,
+    add_command,
+    add_format_options,
+    add_input,
+    add_outputs,
+    at_fault,
+    dotted,
+    format_options,
+)
+from symmotion.errors import InputError
+from symmotion.files.formats import FilePath, Format, Holds, endings, keywords, rows, rows_of
+
+EXAMPLE = """\
+  symmotion convert walk.bvh --node LeftHand -o hand.tum
+  symmotion convert motion.json -o motion.csv motion.glb --rate 100"""
+# As what a file is written, by what it holds.
+WAYS: dict[Holds, tuple[Holds, ...]] = {
+    "keyframes": ("keyframes",),
+    "motion": ("motion", "scene", "film"),
+    "net": ("net",),
+}
+READ = rows(ALL_FORMATS, "read", *WAYS)
+WRITTEN = rows(ALL_FORMATS, "write", *WAYS, "scene", "film")
+
+
+def add(commands: Commands) -> None:
+    """The command and its options."""
+    parser = add_command(
+        commands,
+        "convert",
+        run,
+        "keyframes, a motion or a two-parameter motion from one format to another",
+        example=EXAMPLE,
+        formats=tuple(row for row in ALL_FORMATS if row in READ or row in WRITTEN),
+    )
+    add_input(parser, READ, "keyframes, a motion or a two-parameter motion")
+    add_outputs(parser, WRITTEN)
+    add_format_options(parser, READ, "read")
+    add_format_options(parser, WRITTEN, "write")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Read, and write as what was read."""
+    source = source_of(options.file)
+    written = rows(WRITTEN, "write", *WAYS[source.holds])
+    with at_fault(options.file):
+        _require_way(options, source, written)
+    given = check_outputs(options, written)
+    reading = format_options(options, READ, "read", [source])
+    assert source.read is not None
+    value = source.read(options.file, **keywords(options.file, source, "read", reading, READ))
+    write_outputs(value, options, written, given)
+
+
+def source_of(path: FilePath, formats: Sequence[Format] = READ) -> Format:
+    """The format of a file: of those that share its ending the one that claims it; InputError where none does."""
+    found = rows_of(path, formats)
+    claiming = [row for row in found if len(found) == 1 or row.claims is None or row.claims(path)]
+    if not claiming:
+        raise InputError(f"{path}: holds none of {', '.join(row.holds for row in found)}")
+    return claiming[0]
+
+
+def _require_way(options: argparse.Namespace, source: Format, written: Sequence[Format]) -> None:
+    """Raise InputError for a file of another kind than what is read can be written as."""
+    for path in options.output:
+        ending = path.suffix.lower().removeprefix(".")
+        if ending in endings(WRITTEN) and ending not in endings(written):
+            remedy = "; `symmotion design` makes a motion of keyframes" if source.holds == "keyframes" else ""
+            raise InputError(f"holds a {source.holds}, which goes into {dotted(endings(written))}{remedy}")

@@ -1,0 +1,118 @@
+"""`symmotion design`: one optimal motion through your keyframes."""
+
+import argparse
+
+from symmotion import checks
+from symmotion.answers import auto_knots
+from symmotion.commands.films import ALL_FORMATS
+from symmotion.commands.objectives import objective_by_name
+from symmotion.commands.outputs import check_outputs, write_outputs
+from symmotion.commands.parsing import (
+    Commands,
+    add_command,
+    add_format_options,
+    add_input,
+    add_outputs,
+    add_spline,
+    at_fault,
+    check_spline,
+    format_options,
+    say,
+)
+from symmotion.constraints import MotionConstraint, Periodic, Tolerance
+from symmotion.design import affine_program, free_times_program
+from symmotion.energies import Energy
+from symmotion.errors import InputError, SolveError
+from symmotion.files.formats import read_file, row_of, rows
+from symmotion.motions import Keyframes
+from symmotion.solvers import Solution, solver_by_name
+from symmotion.splines.interpolation import ENDS
+
+EXAMPLE = """\
+  symmotion design poses.tum -o motion.json motion.csv --objective rigidity+0.001*energy
+  symmotion design walk.bvh --node LeftHand -o hand.glb hand.usda hand.gif"""
+READ = rows(ALL_FORMATS, "read", "keyframes")
+WRITTEN = rows(ALL_FORMATS, "write", "motion", "scene", "film")
+
+
+def add(commands: Commands) -> None:
+    """The command and its options."""
+    parser = add_command(
+        commands,
+        "design",
+        run,
+        "one optimal motion through your keyframes",
+        example=EXAMPLE,
+        formats=(*READ, *WRITTEN),
+    )
+    add_input(parser, READ, "keyframes")
+    add_outputs(parser, WRITTEN)
+    parser.add_argument("--objective", default="rigidity", metavar="NAME", help="as for compare; default: rigidity")
+    parser.add_argument("--solver", metavar="NAME", help="default: newton; ipopt with --tolerance and --free-times")
+    parser.add_argument("--periodic", action="store_true", help="close the motion with its derivatives")
+    parser.add_argument("--tolerance", type=float, metavar="E", help="meet each entry of the A*ᵢ to within E only")
+    parser.add_argument("--auto-knots", type=int, metavar="N", help="insert at most N knots, where they pay most")
+    parser.add_argument("--free-times", action="store_true", help="choose the inner keyframe times too, order kept")
+    parser.add_argument("--ends", default="natural", metavar="NAME", help="of the start: natural, not-a-knot, periodic")
+    add_spline(parser)
+    add_format_options(parser, READ, "read")
+    add_format_options(parser, WRITTEN, "write", leave=["tolerance"])
+
+
+def run(options: argparse.Namespace) -> None:
+    """Design and write the motion."""
+    _check(options)
+    given = check_outputs(options, WRITTEN)
+    reading = format_options(options, READ, "read", [row_of(options.file, READ)])
+    keyframes = read_file(options.file, READ, "keyframes", options=reading)
+    with at_fault("--objective"):
+        objective = objective_by_name(options.objective, keyframes.dimension)
+    try:
+        solution = _solve(options, keyframes, objective)
+    except (InputError, SolveError) as error:
+        raise type(error)(f"{options.file}: {error}") from error
+    write_outputs(solution.motion, options, WRITTEN, given)
+    say(options, solution)
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raise InputError for options with values that cannot be, or that do not go together."""
+    check_spline(options)
+    if options.tolerance is not None:
+        checks.positive(options.tolerance, "--tolerance")
+    if options.auto_knots is not None:
+        checks.whole(options.auto_knots, 0, "--auto-knots")
+    checks.choice(options.ends, ENDS, "--ends")
+    if options.solver is not None:
+        with at_fault("--solver"):
+            solver_by_name(options.solver)
+    conditions = options.periodic or options.tolerance is not None
+    if options.auto_knots is not None and (conditions or options.free_times):
+        raise InputError("--auto-knots does not go with --periodic, --tolerance or --free-times: leave one out")
+    if options.free_times and conditions:
+        raise InputError("--free-times does not go with --periodic or --tolerance: leave one out")
+
+
+def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy) -> Solution:
+    """The optimal motion that the options ask for."""
+    inequalities = options.tolerance is not None or options.free_times
+    solver = solver_by_name(options.solver or ("ipopt" if inequalities else "newton"))
+    if options.auto_knots is not None:
+        return auto_knots(
+            keyframes, degree=options.degree, objective=objective, budget=options.auto_knots, solver=solver
+        ).solution
+    if options.free_times:
+        program = free_times_program(keyframes, degree=options.degree, refine=options.refine, objective=objective)
+        return solver.solve(program).require()
+    constraints: list[MotionConstraint] = [Periodic()] if options.periodic else []
+    if options.tolerance is not None:
+        constraints.append(Tolerance(linear=options.tolerance))
+    program = affine_program(
+        keyframes,
+        degree=options.degree,
+        refine=options.refine,
+        objective=objective,
+        constraints=constraints,
+        ends=options.ends,
+    )
+    return solver.solve(program).require()
