@@ -22,9 +22,6 @@ from symmotion.report.comparison import comparison_result
 from symmotion.report.players import Travelling, fitting_body, player, turning, wedge
 from symmotion.views.drawing import eight_ellipses, letter_k
 
-# Their fixtures take long to make: once, in one process.
-pytestmark = pytest.mark.xdist_group("player")
-
 EVIL = "</script><script>window.hacked = 1</script><!--<script><img src=x onerror='window.hacked = 1'>"
 KEYS = {2: sm.examples.planar_keyframes(), 3: sm.examples.spatial_keyframes()}
 
