@@ -18,9 +18,6 @@ from studies.__main__ import main
 from studies.runner import cluster
 from symmotion.batches.many import solve_many
 
-# Their fixtures take long to make: once, in one process.
-pytestmark = pytest.mark.xdist_group("distributed")
-
 distributed = pytest.importorskip("distributed", reason="Dask is an extra: pip install '.[distributed]'")
 
 ROOT = Path(__file__).parents[2]

@@ -163,7 +163,7 @@ def test_an_index_of_pandas_is_taken():
         (lambda: sm.Keyframes.of(TIMES[:3], TURNS), "3 times for 4 linear parts"),
         (lambda: sm.Keyframes.of(np.array(["2026", "NaT"], dtype="datetime64[D]"), TURNS[:2]), "keyframe 1 is NaT"),
         (lambda: sm.Keyframes.of(["noon", "night"], TURNS[:2]), "times: a list is no array of numbers"),
-        (lambda: sm.Keyframes.of(np.ma.array([0.0, 1], mask=[0, 1]), TURNS[:2]), "times: entries are masked"),
+        (lambda: sm.Keyframes.of(np.ma.array([0.0, 1], mask=[False, True]), TURNS[:2]), "times: entries are masked"),
         (lambda: sm.Keyframes([0, 1], np.eye(3)[None] * [[[1j]], [[1]]]), "linear parts: complex numbers"),
     ],
 )

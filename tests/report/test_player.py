@@ -21,9 +21,6 @@ from symmotion.motions.nets import smooth_net
 from symmotion.report import Column, Run, StudyRecord, StudyResult, Table, Travelling, player, write_report
 from symmotion.report.comparison import comparison_result
 
-# Their fixtures take long to make: once, in one process.
-pytestmark = pytest.mark.xdist_group("player")
-
 EVIL = "</script><script>window.hacked = 1</script><!--<script><img src=x onerror='window.hacked = 1'>"
 KEYS = {2: sm.examples.planar_keyframes(), 3: sm.examples.spatial_keyframes()}
 

@@ -25,9 +25,6 @@ from symmotion.views.fairing_figures import (
     view_from,
 )
 
-# Their fixtures take long to make: once, in one process.
-pytestmark = pytest.mark.xdist_group("fairing studies")
-
 NET = noisy_net(smooth_net(9, 8, spatial=True), 0.02, translation=0.05)
 
 

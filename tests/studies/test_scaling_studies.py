@@ -21,9 +21,6 @@ from symmotion.report import Run, StudyOptions
 from symmotion.solvers.solution import Seconds
 from symmotion.systems import Condensed
 
-# Their fixtures take long to make: once, in one process.
-pytestmark = pytest.mark.xdist_group("scaling studies")
-
 KEYS = sm.examples.random_keyframes(5, 40, 0)
 OTHERS = (OptiIpopt("SX"), OptiIpopt("MX"), Sqpmethod(), Fatrop(), TrustConstr())
 PLENTY = Budget(60.0, 8192)

@@ -126,7 +126,7 @@ def polygons(axes) -> list[np.ndarray]:
 def test_a_planar_body_is_where_the_motion_takes_it():
     motion = sm.interpolants.component_cubic(PLANAR)
     axes = motion.plot(body=BOX, times=5)
-    for t, drawn in zip(np.linspace(*motion.domain, 5), polygons(axes), strict=True):
+    for t, drawn in zip(np.linspace(*motion.domain, num=5), polygons(axes), strict=True):
         np.testing.assert_allclose(drawn, motion.trajectory(BOX, t), atol=1e-12)
     path = np.asarray(axes.lines[0].get_xydata())
     np.testing.assert_allclose(path[[0, -1]], PLANAR.translation[[0, -1]], atol=1e-12)
