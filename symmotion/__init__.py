@@ -140,9 +140,6 @@ def __getattr__(name: str) -> object:
     if name in LATE:
         return import_module(f"symmotion.{name}")
     if name in MOVED:
-        return getattr(
-            import_module(f"symmotion.{MOVED[name]}") if MOVED[name] not in globals() else globals()[MOVED[name]], name
-        )  # TEMPORARY
         raise AttributeError(f"sm.{name} is sm.{MOVED[name]}.{name} from 0.2.0 on")
     if name in GONE:
         raise AttributeError(f"sm.{name} is {GONE[name]} from 0.2.0 on")
