@@ -36,7 +36,7 @@ def problem(seed: int) -> Problem:
     rng = np.random.default_rng(seed)
     kind = KINDS[seed % len(KINDS)]
     d, count, degree = int(rng.integers(2, 4)), int(rng.choice(COUNTS)), int(rng.choice(DEGREES))
-    objective: sm.Energy = sm.Rigidity(int(rng.integers(1, 3)))
+    objective: sm.energies.Energy = sm.Rigidity(int(rng.integers(1, 3)))
     # Without E the translation is no part of the program, and its distance no difficulty.
     if rng.integers(2) or kind == FAR:
         points = np.concatenate([np.eye(d), -np.eye(d)])

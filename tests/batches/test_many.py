@@ -10,7 +10,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPool
 from dataclasses import replace
 from multiprocessing import current_process, get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import batches
 import casadi as ca
@@ -195,7 +195,7 @@ class Forgetful:
 
 
 def test_a_solver_that_returns_no_solution_is_a_failure():
-    (answer,) = solve_many(batches.small_programs(1), Forgetful())
+    (answer,) = solve_many(batches.small_programs(1), cast(Any, Forgetful()))
     assert answer == Failed(0, "TypeError", "the solver returned None instead of a Solution")
 
 
@@ -415,9 +415,9 @@ def test_a_failure_is_tried_again(tmp_path):
                 raise ValueError("not now")
             return NEWTON.solve(program, start)
 
-    assert isinstance(solve_many(programs, Moody(), results=path)[1], Failed)
+    assert isinstance(solve_many(programs, cast(Any, Moody()), results=path)[1], Failed)
     Moody.refuses = False
-    assert isinstance(solve_many(programs, Moody(), results=path)[1], sm.Solution)
+    assert isinstance(solve_many(programs, cast(Any, Moody()), results=path)[1], sm.Solution)
 
 
 @pytest.mark.parametrize("torn", ["no end", "half", "garbled", "header"])
@@ -540,7 +540,7 @@ def test_a_jacobian_that_depends_on_the_data_is_not_shared():
         term = Block(
             "t", Kernel(z, ca.SX.sym("n", 0), z, 1, True), "x", slice(0, 1), one, 1, np.ones(1), np.empty((1, 0))
         )
-        return sm.program.Program({"x": np.zeros((1, 1))}, (term,), (Constraint.equality(condition),), None)
+        return sm.program.Program({"x": np.zeros((1, 1))}, (term,), (Constraint.equality(condition),), cast(Any, None))
 
     first = program(1.0)
     edited = first.with_data("c", np.array([[4.0, 1.0]]))
@@ -568,6 +568,6 @@ def test_what_a_batch_shows_at_the_prompt(tmp_path):
 def test_a_solve_that_a_callback_stopped_is_no_result(tmp_path):
     path = tmp_path / "batch.results"
     (stopped,) = solve_many(batches.small_programs(1), sm.ExactNewton(callback=lambda row: True), results=path)
-    assert stopped.status == "stopped"
+    assert isinstance(stopped, sm.Solution) and stopped.status == "stopped"
     (again,) = solve_many(batches.small_programs(1), sm.ExactNewton(), results=path)
-    assert again.status == "solved"
+    assert isinstance(again, sm.Solution) and again.status == "solved"

@@ -23,7 +23,7 @@ TIP = np.array([0.3, -0.1, 0.2])
 
 
 def along(motion: Any, count: int = 400) -> np.ndarray:
-    return np.linspace(*motion.domain, count)
+    return np.linspace(*motion.domain, num=count)
 
 
 def test_body_points_stay_above_a_floor():

@@ -96,6 +96,7 @@ def test_threads_do_not_change_a_bit(cache, kernels):
 
 def _everything(evaluator: Evaluator, x: np.ndarray) -> list[Any]:
     system = Condensed.of(evaluator.program)
+    assert system is not None
     line = evaluator.line(x, x)
     return [*evaluator.second_order(x, system.pattern), evaluator.gradient(x), line, np.array(evaluator.objective(x))]
 

@@ -29,7 +29,7 @@ def system_of(name: str, program: Program, evaluator: Evaluator) -> AnySystem:
     return banded if name == "condensed" else sparse
 
 
-@pytest.fixture(params=PROGRAMS.values(), ids=PROGRAMS, scope="module")
+@pytest.fixture(params=PROGRAMS.values(), ids=list(PROGRAMS), scope="module")
 def case(request):
     """A program, its evaluator, both its systems and its minimum."""
     program = request.param()
