@@ -1,5 +1,7 @@
 """A solver written with public names only is one among the others."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from own_solver import TrustRegion
@@ -34,8 +36,8 @@ def test_what_it_does_not_take_is_a_row_too():
 
 def test_it_solves_batches_and_nonlinear_equalities(tmp_path):
     moved = [PROGRAM.with_keyframes(KEYS.moved(0, linear=KEYS.linear[0] * size)) for size in (1.0, 1.1)]
-    solutions = solve_many(moved, TrustRegion(), results=tmp_path / "own.results")
-    expected = solve_many(moved, sm.ExactNewton())
+    solutions: list[Any] = solve_many(moved, TrustRegion(), results=tmp_path / "own.results")
+    expected: list[Any] = solve_many(moved, sm.ExactNewton())
     for mine, known in zip(solutions, expected, strict=True):
         assert isinstance(mine, sm.Solution) and isinstance(known, sm.Solution)
         assert mine.require(1e-7).objective == pytest.approx(known.objective, rel=1e-9)
