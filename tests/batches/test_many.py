@@ -10,7 +10,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPool
 from dataclasses import replace
 from multiprocessing import current_process, get_context
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import batches
 import casadi as ca
