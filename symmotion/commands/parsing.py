@@ -6,9 +6,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
-from symmotion import __version__, checks
+from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.files.formats import Format, Option, Way, endings, takers
+from symmotion.version import __version__
 
 
 class Parser(argparse.ArgumentParser):

@@ -59,7 +59,7 @@ def test_options_are_those_of_fair(arguments, keywords, net, tmp_path):
         (["{net}", "-o", "{tmp}/m.tum"], "format 'tum' is unknown; there are json, npz"),
         (["{net}", "-o", "{tmp}/no/m.json"], "no/m.json"),
         (["{net}", "-o", "{tmp}/m.json", "--method", "magic"], "--method 'magic' is unknown; there are greedy, orth"),
-        (["{net}", "-o", "{tmp}/m.json", "--target", "-1"], "--target -1.0: a positive finite"),
+        (["{net}", "-o", "{tmp}/m.json", "--target", "-1"], "--target -1.0: a positive number"),
         (["{net}", "-o", "{tmp}/m.json", "--target", "low"], "invalid float value: 'low'"),
         (["{net}", "-o", "{tmp}/m.json", "--method", "bounded"], "needs a tolerance"),
         (["{net}", "-o", "{tmp}/m.json", "--region", "0", "1", "2"], "expected 4 arguments"),
