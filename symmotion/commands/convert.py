@@ -27,6 +27,12 @@ WAYS: dict[Holds, tuple[Holds, ...]] = {
     "motion": ("motion", "scene", "film"),
     "net": ("net",),
 }
+SAID: dict[Holds, str] = {
+    "keyframes": "holds keyframes, which go into",
+    "motion": "holds a motion, which goes into",
+    "net": "holds a two-parameter motion, which goes into",
+}
+REMEDIES: dict[Holds, str] = {"keyframes": "; `symmotion design` makes a motion of them"}
 READ = rows(ALL_FORMATS, "read", *WAYS)
 WRITTEN = rows(ALL_FORMATS, "write", *WAYS, "scene", "film")
 
@@ -74,5 +80,4 @@ def _require_way(options: argparse.Namespace, source: Format, written: Sequence[
     for path in options.output:
         ending = path.suffix.lower().removeprefix(".")
         if ending in endings(WRITTEN) and ending not in endings(written):
-            remedy = "; `symmotion design` makes a motion of keyframes" if source.holds == "keyframes" else ""
-            raise InputError(f"holds a {source.holds}, which goes into {dotted(endings(written))}{remedy}")
+            raise InputError(f"{SAID[source.holds]} {dotted(endings(written))}{REMEDIES.get(source.holds, '')}")

@@ -130,6 +130,16 @@ def keywords(
     return {name: v if (check := known[name].check) is None else check(v, name) for name, v in said.items()}
 
 
+def require_order(value: object, path: object, door: str, what: str, kind: type | None = None) -> None:
+    """Raise InputError unless `value` is of the kind that the door takes, and the path behind it is one."""
+    paths = (str, bytes, os.PathLike)
+    if isinstance(value, paths) and not isinstance(path, paths):
+        raise InputError(f"{door} takes {what} first and the path second: they are swapped")
+    if kind is not None and not isinstance(value, kind):
+        raise InputError(f"{door} takes {what} ({kind.__name__}): a {type(value).__name__} is none")
+    checks.file_path(path, f"the path given to {door},")
+
+
 # The doors, `read_keyframes` and its like, say of what type a value is.
 def read_file(
     path: FilePath,

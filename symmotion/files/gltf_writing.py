@@ -10,7 +10,7 @@ import numpy as np
 from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import carried, dimension_of, extent, fitting_body, in_space, placed
 from symmotion.files import keys as key
-from symmotion.files.formats import FilePath, format_of
+from symmotion.files.formats import FilePath, format_of, require_order
 from symmotion.files.gltf_document import INDICES, VERTICES, DocumentBuilder
 from symmotion.files.keys import HermiteKeys
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
@@ -90,6 +90,7 @@ def write_gltf(
     Raises InputError for a motion that jumps (naming when), bodies and options of other kinds,
     keys too close for single precision, and a path that cannot be written.
     """
+    require_order(motion, path, "write_gltf", "a motion")
     format_of(path, None, ("glb",))
     motion = placed(motion)
     rate = seconds_per_unit(motion, seconds, tolerance)

@@ -5,6 +5,7 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.files.documents import entries_of, read_list, require_entries, write_object
 from symmotion.files.formats import FilePath
+from symmotion.files.saved import class_saved, load_as
 from symmotion.motions import AffineMotion
 from symmotion.splines import BSplineBasis
 
@@ -14,8 +15,10 @@ ENTRIES = ("degree", "periodic", "knots", "linear", "translation")
 
 
 def read_motion_json(path: FilePath) -> AffineMotion:
-    """The motion that `write_motion_json` wrote; InputError names the file and the entry at fault."""
+    """The motion that `write_motion_json` or `save` wrote; InputError names the file and the entry at fault."""
     document = entries_of(path)
+    if class_saved(document) is not None:
+        return load_as(path, AffineMotion)
     for name, needed in MARK.items():
         if document.get(name) != needed:
             raise InputError(f"{path}: {name} is {document.get(name)!r:.40}: {needed!r} is needed for a motion")
@@ -50,5 +53,6 @@ def write_motion_json(motion: AffineMotion, path: FilePath) -> None:
 
 
 def is_motion_json(path: FilePath) -> bool:
-    """Whether a JSON file has the mark of a motion."""
-    return entries_of(path).get("symmotion") == MARK["symmotion"]
+    """Whether a JSON file has the mark of a motion, or was saved from an affine one."""
+    document = entries_of(path)
+    return class_saved(document) == "AffineMotion" or document.get("symmotion") == MARK["symmotion"]

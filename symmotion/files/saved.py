@@ -1,4 +1,4 @@
-"""What `save` wrote, where keyframes, motions and two-parameter motions are read."""
+"""What `save` wrote, where motions and two-parameter motions are read."""
 
 from typing import Any, TypeVar
 

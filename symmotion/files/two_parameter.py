@@ -9,6 +9,7 @@ from symmotion.errors import InputError
 from symmotion.files.documents import entries_of, read_list, require_entries, write_object
 from symmotion.files.formats import FilePath
 from symmotion.files.opening import readable
+from symmotion.files.saved import class_saved, load_as
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.two_parameter import Knots, TwoParameterMotion, as_basis
 from symmotion.splines import BSplineBasis
@@ -23,6 +24,8 @@ NET = (("axis", "angle"), ("translation", "knots_u", "knots_v"))
 def read_net_json(path: FilePath) -> TwoParameterMotion:
     """The motion, or net of displacements, of a JSON object; see `read_two_parameter`."""
     document = entries_of(path)
+    if class_saved(document) is not None:
+        return load_as(path, TwoParameterMotion)
     entries = {k: read_list(path, document, k) for k in document if k not in MARK}
     return _made(path, entries, {k: document[k] for k in MARK if k in document})
 
@@ -44,8 +47,10 @@ def write_net_npz(motion: TwoParameterMotion, path: FilePath) -> None:
 
 
 def is_net_json(path: FilePath) -> bool:
-    """Whether a JSON file has the mark of a two-parameter motion, or what a net needs and no mark."""
+    """Whether a JSON file has the mark of a two-parameter motion, was saved from one, or has what a net needs."""
     document = entries_of(path)
+    if class_saved(document) == "TwoParameterMotion":
+        return True
     mark = document.get("symmotion")
     return mark == MARK["symmotion"] or (mark is None and set(NET[0]) <= document.keys())
 

@@ -10,7 +10,7 @@ import numpy as np
 from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import carried, extent, fitting_body, in_space, placed
 from symmotion.files import keys as key
-from symmotion.files.formats import FilePath, format_of
+from symmotion.files.formats import FilePath, format_of, require_order
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.motion import Moving
@@ -43,6 +43,7 @@ def write_usd(
     Raises InputError for motions that would need more than 100,000 samples, one that jumps
     (naming when), bodies and options of other kinds, and a path that cannot be written.
     """
+    require_order(motion, path, "write_usd", "a motion")
     format_of(path, None, ("usda",))
     motion = placed(motion)
     rate = seconds_per_unit(motion, seconds, tolerance)

@@ -1,15 +1,12 @@
 """Keyframes and motions into files: the doors, which find the format in the table."""
 
-import os
 from collections.abc import Iterable
 from typing import Any
 
 from numpy.typing import ArrayLike
 
-from symmotion import checks
 from symmotion.bodies.mesh import Mesh
-from symmotion.errors import InputError
-from symmotion.files.formats import FilePath, Format, write_file
+from symmotion.files.formats import FilePath, Format, require_order, write_file
 from symmotion.files.table import FORMATS
 from symmotion.files.written import WrittenMotion
 from symmotion.motions import Keyframes
@@ -31,7 +28,7 @@ def write_keyframes(
 
     Raises InputError for keyframes that the format cannot hold and a path that cannot be written.
     """
-    _require_order(keyframes, path, "write_keyframes", "keyframes", Keyframes)
+    require_order(keyframes, path, "write_keyframes", "keyframes", Keyframes)
     write_file(keyframes, path, formats, "keyframes", format=format)
 
 
@@ -62,7 +59,7 @@ def write_motion(
     `orthonormalise`, further than 1e-6 from rigid (.tum), for options that the format does not
     have, and for a path that cannot be written.
     """
-    _require_order(motion, path, "write_motion", "a motion")
+    require_order(motion, path, "write_motion", "a motion")
     given = {
         "times": times,
         "rate": rate,
@@ -84,7 +81,7 @@ def write_mesh(mesh: Mesh, path: FilePath, *, formats: Iterable[Format] = FORMAT
     Raises InputError for another ending, for a mesh whose coordinates single precision would
     move by more than 1e-4 of its size (stl), and for a path that cannot be written.
     """
-    _require_order(mesh, path, "write_mesh", "a mesh", Mesh)
+    require_order(mesh, path, "write_mesh", "a mesh", Mesh)
     write_file(mesh, path, formats, "mesh")
 
 
@@ -94,15 +91,5 @@ def write_two_parameter(motion: TwoParameterMotion, path: FilePath, *, formats: 
     Entries: degree (2,), knots_u, knots_v, real (n, m, 4) and for a spatial motion dual
     (n, m, 4), scalar-first. The file appears whole or not at all. formats: as in `write_keyframes`.
     """
-    _require_order(motion, path, "write_two_parameter", "a two-parameter motion", TwoParameterMotion)
+    require_order(motion, path, "write_two_parameter", "a two-parameter motion", TwoParameterMotion)
     write_file(motion, path, formats, "net")
-
-
-def _require_order(value: object, path: object, door: str, what: str, kind: type | None = None) -> None:
-    """Raise InputError unless `value` is of the kind that the door takes, and the path behind it is one."""
-    paths = (str, bytes, os.PathLike)
-    if isinstance(value, paths) and not isinstance(path, paths):
-        raise InputError(f"{door} takes {what} first and the path second: they are swapped")
-    if kind is not None and not isinstance(value, kind):
-        raise InputError(f"{door} takes {what} ({kind.__name__}): a {type(value).__name__} is none")
-    checks.file_path(path, f"the path given to {door},")
