@@ -22,6 +22,7 @@ from symmotion.systems import AnySystem, Condensed, Saddle, gradient_scale, syst
 RIDGE = 1e-10
 # The second descent's first multiple of the identity, relative to the diagonal, as IPOPT's.
 FIRST_SHIFT = 1e-4
+MOST_SHIFT = 1e6  # relative to the diagonal
 # A relative decrease that cannot be told from rounding.
 ROUNDING = 1e-15
 
@@ -188,7 +189,8 @@ class Straight:
         # The second descent remembers what it needed last.
         first = self._shift if not self.blend else RIDGE if squares else LEAST
         scale = largest(matrix[self.system.diagonal]) or 1.0
-        factor, shift = shifted(self.system, matrix, tenfold(first), scale, self.journal)
+        # A matrix that no multiple of the identity of this size mends is singular in its conditions.
+        factor, shift = shifted(self.system, matrix, tenfold(first, most=MOST_SHIFT), scale, self.journal)
         self._shift = max(shift / 3, RIDGE)
         return factor
 

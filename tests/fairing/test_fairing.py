@@ -356,3 +356,26 @@ ALTERNATING = np.where(np.arange(11) % 2, -1.0, 1.0)[None, :, None]
 def test_require_raises_where_the_target_is_not_reached():
     with pytest.raises(sm.SolveError, match=r"above the target 1e-06 \(cap after 3 steps"):
         fair(SPHERICAL, target=1e-6, max_steps=3).require(1e-6)
+
+
+def test_a_condition_on_a_net_is_kept_and_priced():
+    place = 2.3, 3.6
+    net = fairing_program(CLAMPED, weight=1.0).start["controls"].reshape(*CLAMPED.real.shape[:2], -1)
+    u, v = (basis.matrix(np.array([p])).toarray()[0] for basis, p in zip(CLAMPED.bases, place, strict=True))
+    target = np.einsum("i,j,ijc->c", u, v, net) + 0.01
+
+    def program(change=0.0):
+        there = sm.JetConstraint(lambda jet: jet.d - (target + change), at=[place], name="there")
+        return fairing_program(CLAMPED, weight=1.0, constraints=[there])
+
+    def solve(change=0.0):
+        return sm.Ipopt(tolerance=1e-10).solve(program(change)).require(1e-8)
+
+    solution = solve()
+    faired = solution.x.reshape(net.shape)
+    np.testing.assert_allclose(np.einsum("i,j,ijc->c", u, v, faired), target, atol=1e-9)
+    assert solution.multipliers["there"].shape == (1, net.shape[-1])
+    slope = (solve(1e-4).objective - solve(-1e-4).objective) / 2e-4
+    assert slope == pytest.approx(-solution.multipliers["there"].sum(), rel=1e-5)
+    # Newton's factorisation does not pivot, and some of these systems have a zero where it starts: it says so and ends.
+    assert sm.ExactNewton().solve(program()).status in ("solved", "failed")
