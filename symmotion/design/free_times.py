@@ -238,7 +238,7 @@ class FreeTimesDesign:
         terms = []
         for name, weight, energy in parts_of(self.objective):
             nodes = nodes_for(energy, weight, still, motion.spline.control_points)
-            squares = weight > 0 and energy.residuals(self.space.symbols()) is not None
+            _, squares = expression_of(energy, weight, self.space.symbols())
 
             def expression(jet: Jet, e: Energy = energy, w: float = weight) -> ca.SX:
                 return expression_of(e, w, jet)[0]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
-from symmotion.constraints import EndRates, MotionConstraint, Setting
+from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, Setting
 from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import ControlSpace
 from symmotion.design.control_start import carried, motion_of
@@ -164,7 +164,7 @@ class OrientationDesign:
 
     def require_room(self) -> None:
         """InputError where there are more conditions than controls."""
-        ends = sum(2 for c in self.constraints if type(c).__name__.startswith("End"))
+        ends = sum(2 for c in self.constraints if isinstance(c, EndRates | EndAccelerations))
         conditions = len(self.keys) - (self.ends == "periodic") + ends
         if conditions > self.space.n:
             raise InputError(
@@ -222,7 +222,7 @@ def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike 
 
 def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy) -> Block:
     """An energy as a term over a quaternion curve or a pose."""
-    squares = weight > 0 and energy.residuals(space.symbols()) is not None
+    _, squares = expression_of(energy, weight, space.symbols())
     stated = isinstance(energy, Torque) or (isinstance(energy, JetEnergy) and energy.exact)
     nodes = energy.nodes(space.basis.degree) if stated else RIGID_NODES
 

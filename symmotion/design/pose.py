@@ -14,7 +14,7 @@ from symmotion.design.control_start import motion_of
 from symmotion.design.independence import require_independent
 from symmotion.design.orientation import RENAMED, TORQUE, OrientationDesign
 from symmotion.design.question import as_constraints, built
-from symmotion.design.terms import as_objective
+from symmotion.design.terms import as_objective, expression_of, parts_of
 from symmotion.energies import Energy, TrajectoryEnergy
 from symmotion.errors import InputError
 from symmotion.jets.space import UNKNOWN, block_of
@@ -66,7 +66,8 @@ def pose_program(
     energy = as_objective(objective, TORQUE + ORIGIN)
     turning = OrientationDesign.of(keys, energy, asked, degree, refine, knots, ends, end_rates, channels=7)
     symbols = turning.space.symbols()
-    if not ca.depends_on(ca.SX(energy.integrand(symbols)), ca.vertcat(*symbols.translation)):
+    whole = ca.vertcat(*(ca.vec(expression_of(e, w, symbols)[0]) for _, w, e in parts_of(energy)))
+    if not ca.depends_on(whole, ca.vertcat(*symbols.translation)):
         raise InputError(f"the objective {energy.name} does not see the translation: add a TrajectoryEnergy")
     start = _refined(_path(keys, points, ends), turning, keys)
     program = PoseDesign(turning, points, start).program()

@@ -306,6 +306,18 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
         (lambda: WRONG.orientation_program(TIMES, TURNS, knots_per_interval=2), "knots_per_interval is refine"),
         (lambda: WRONG.orientation_program(TIMES, TURNS, inertia=(1, 2, 2)), r"inertia is objective=Torque\(inertia\)"),
         (lambda: WRONG.affine_program("walk.bvh"), "read_keyframes"),
+        (
+            lambda: sm.pose_program(TIMES, TURNS, PLACES, objective=sm.Rigidity()),
+            "energy R cannot be said of jets of kind pose",
+        ),
+        (
+            lambda: sm.orientation_program(TIMES, TURNS, objective=sm.Rigidity()),
+            "energy R cannot be said of jets of kind orientation",
+        ),
+        (
+            lambda: sm.affine_program(sm.examples.planar_keyframes(), objective=sm.Torque((1, 2, 3))),
+            "energy torque cannot be said of jets of kind affine 2D",
+        ),
         (lambda: WRONG.measure(sm.Rigidity(), KEYS), "the motion comes first"),
     ],
 )
