@@ -1,7 +1,7 @@
 """Frozen dataclasses as values: equal where their contents are, hashed by them, pickled without what they derived."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
@@ -35,6 +35,15 @@ def same(a: object, b: object) -> bool:
     if isinstance(a, tuple) and isinstance(b, tuple):
         return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
     return (a == b) is True
+
+
+def same_fields(a: object, b: object) -> bool:
+    """Whether two values of one class have the same fields, arrays compared entry by entry."""
+    if a is b:
+        return True
+    if type(a) is not type(b) or not is_dataclass(a) or isinstance(a, type):
+        return False
+    return all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
 
 
 def content(a: object) -> Hashable:

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
-from symmotion.energies.energy import same_fields
 from symmotion.errors import InputError
-from symmotion.jets import Written
+from symmotion.jets import AnyJet, Written
+from symmotion.jets.jet import expressed
 from symmotion.jets.space import JetSpace, LinearSpace, NetSpace, Places, block_of
+from symmotion.jets.written import jets_of_all_kinds
 from symmotion.program import Constraint, ParameterPlace
+from symmotion.values import same_fields
 
 DENSITY = 8  # times in each span at which what has to hold everywhere is held
 
@@ -178,28 +180,22 @@ class JetConstraint(MotionConstraint):
 
     def __reduce__(self):
         # A lambda does not pickle, the expressions that it makes do.
-        return _restored, (self.written(), {f: getattr(self, f) for f in FIELDS})
+        rest = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "function"}
+        return _restored, (self._written(), rest)
 
-    def written(self, jets: Sequence[Any] | None = None) -> Written:
-        """The function as text, for these jets or for every kind of jet."""
-        couples = self.slots
-        more = [ca.SX.sym("data", np.shape(self.data)[1])] if self.data is not None else []
-        shapes = {k: np.shape(v) for k, v in (self.parameters or {}).items()}
-        flat = [ca.SX.sym("p", int(np.prod(s))) for s in shapes.values()]
-
-        def hand(symbols: Sequence[ca.SX]) -> list[Any]:
-            rest = list(symbols)
-            handed = [rest.pop(0)] if more else []
-            return [*handed, _named(shapes, rest)] if shapes else handed
-
+    def _written(self) -> Written:
+        """The function as text, for every kind of jet."""
         if isinstance(self.function, Written):
             return self.function
-        if jets is not None:
-            return Written.of(self.function, [jets], [*more, *flat], hand)
-        from symmotion.jets.written import jets_of_all_kinds
+        data, numbers = self._symbols()
+        every = zip(*(jets_of_all_kinds() for _ in range(self.slots)), strict=True)
+        count = len(data)
+        return Written.of(self.function, every, [*data, *numbers], lambda s: self._handed(s[:count], s[count:]))
 
-        every = zip(*(jets_of_all_kinds() for _ in range(couples)), strict=True)
-        return Written.of(self.function, every, [*more, *flat], hand)
+    def _symbols(self) -> tuple[list[ca.SX], list[ca.SX]]:
+        """Symbols for the data of a time, where there are any, and for the numbers of each parameter."""
+        data = [] if self.data is None else [ca.SX.sym("data", np.shape(self.data)[1])]
+        return data, [ca.SX.sym(name, np.size(value)) for name, value in (self.parameters or {}).items()]
 
     @property
     def slots(self) -> int:
@@ -208,43 +204,34 @@ class JetConstraint(MotionConstraint):
 
     def orders(self, space: LinearSpace) -> list[tuple[int, ...]]:
         """The derivative orders that the function reads of each of its jets, in a space of curves."""
-        values = dict(self.parameters or {})
-        flat = [ca.SX.sym(k, max(1, np.size(v))) for k, v in values.items()]
-        data = [ca.SX.sym("data", np.shape(self.data)[1])] if self.data is not None else []
-        out = self._expression([space.jet(k) for k in range(self.slots)], self._handed(data, flat))
+        out = self._expression([space.jet(k) for k in range(self.slots)], *self._symbols())
         return [space.orders(out, k)[0] for k in range(self.slots)]
 
-    def _handed(self, data: Sequence[ca.SX], flat: Sequence[ca.SX]) -> list[Any]:
+    def _handed(self, data: Sequence[ca.SX], numbers: Sequence[ca.SX]) -> list[Any]:
         """What the function is handed behind the jets: the data, then the parameters by name."""
         if isinstance(self.function, Written):
-            return [*data, *flat]
+            return [*data, *numbers]
         shapes = {k: np.shape(v) for k, v in (self.parameters or {}).items()}
-        return [*data, *([_named(shapes, flat)] if shapes else [])]
+        return [*data, *([_named(shapes, numbers)] if shapes else [])]
 
     def stated(self, setting: Setting) -> "JetConstraint":
         return self
 
     def build(self, setting: Setting) -> Constraint:
         spaces, times, lead = self._spread(setting)
-        count = len(times)
-        values = dict(self.parameters or {})
-        jets = [space.jet(slot) for slot, space in enumerate(spaces)]
-        table = np.empty((count, 0))
-        data = []
-        if self.data is not None:
-            given = np.asarray(self.data)
-            if len(given) != count:
-                raise InputError(f"{self.name}: data of {len(given)} rows for {count} times: one of each is needed")
-            data, table = [ca.SX.sym("data", given.shape[1])], given
-        flat = [ca.SX.sym(k, max(1, np.size(v))) for k, v in values.items()]
-        out = self._expression(jets, self._handed(data, flat))
+        count, values = len(times), self.parameters or {}
+        table = np.empty((count, 0)) if self.data is None else np.asarray(self.data)
+        if len(table) != count:
+            raise InputError(f"{self.name}: data of {len(table)} rows for {count} times: one of each is needed")
+        data, symbols = self._symbols()
+        out = self._expression([space.jet(slot) for slot, space in enumerate(spaces)], data, symbols)
         numbers = np.concatenate([np.ravel(v, order="F") for v in values.values()] + [np.empty(0)])
         block = block_of(
             self.name,
             ca.vec(out),
             spaces,
             times,
-            data=ca.vertcat(*data, *flat),
+            data=ca.vertcat(*data, *symbols),
             numbers=np.concatenate([table, np.broadcast_to(numbers, (count, numbers.size))], axis=1),
             places=setting.places,
         )
@@ -252,10 +239,9 @@ class JetConstraint(MotionConstraint):
         for key, value in values.items():
             places.append(ParameterPlace(key, first, np.shape(value)))
             first += np.size(value)
-        matrix = out.shape[1] > 1
-        shape = (*lead, *(out.shape if matrix else out.shape[:1] if out.numel() > 1 else ()))
-        low, high = (self._bound(b, count, out, lead) for b in (self.lower, self.upper))
-        return Constraint(block, low, high, shape, matrix, tuple(places), self.at is None)
+        shape = _shown_shape(out)
+        low, high = (self._bound(b, count, shape, lead) for b in (self.lower, self.upper))
+        return Constraint(block, low, high, (*lead, *shape), len(shape) == 2, tuple(places), self.at is None)
 
     def _spread(self, setting: Setting) -> tuple[list[JetSpace], np.ndarray, tuple[int, ...]]:
         """The spaces of the jets, the times (N, s) of each, and the leading axes of the multipliers."""
@@ -292,22 +278,16 @@ class JetConstraint(MotionConstraint):
             lead, pairs = pairs.shape[:-1] if pairs.ndim > 1 else (), np.atleast_2d(pairs)
         return [space], pairs[:, None, :], lead
 
-    def _expression(self, jets: Sequence[Any], handed: Sequence[Any]) -> ca.SX:
-        try:
-            out = ca.SX(self.function(*jets, *handed))
-        except InputError:
-            raise
-        except (AttributeError, TypeError, NotImplementedError, RuntimeError, IndexError) as error:
-            kinds = " and ".join(jet.kind for jet in jets)
-            said = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise InputError(f"{self.name}: the function fails on jets of kind {kinds}: {said[:300]}") from error
+    def _expression(self, jets: Sequence[AnyJet], data: Sequence[ca.SX], numbers: Sequence[ca.SX]) -> ca.SX:
+        handed = self._handed(data, numbers)
+        failing = f"{self.name}: the function fails on"
+        out = expressed(failing, jets, lambda: ca.SX(self.function(*jets, *handed)))
         if not out.numel():
             raise InputError(f"{self.name}: the function returns an empty expression")
         return ca.densify(out)
 
-    def _bound(self, bound: ArrayLike, count: int, out: ca.SX, lead: tuple[int, ...]) -> np.ndarray:
+    def _bound(self, bound: ArrayLike, count: int, shape: tuple[int, ...], lead: tuple[int, ...]) -> np.ndarray:
         """(N, C) a bound for each time and component, column by column."""
-        shape = out.shape if out.shape[1] > 1 else out.shape[:1] if out.numel() > 1 else ()
         given = np.asarray(bound, dtype=float)
         if not shape and given.shape[-1:] == (1,) and given.ndim > len(lead):
             given = given[..., 0]
@@ -322,7 +302,9 @@ class JetConstraint(MotionConstraint):
         return np.ascontiguousarray(whole.reshape(count, -1))
 
 
-FIELDS = ("lower", "upper", "at", "name", "parameters", "density", "data")
+def _shown_shape(out: ca.SX) -> tuple[int, ...]:
+    """The shape of an expression as users meet it: () for a scalar, (n,) for a column, (n, m) for a matrix."""
+    return out.shape if out.shape[1] > 1 else out.shape[:1] if out.numel() > 1 else ()
 
 
 def _restored(function: Written, rest: dict[str, Any]) -> JetConstraint:

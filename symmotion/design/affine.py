@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
-from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, built
+from symmotion.design.question import Groups, as_constraints, assembled, by_keyframe, keyframe_groups
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
@@ -158,28 +157,11 @@ class AffineDesign:
         controls[:, : self.channels] = start[UNKNOWN] + self.origin[: self.channels]
         terms = terms_of(self.objective, self.space, controls)
         given = [self._interpolation(*group) for group in self._given]
-        extra = built(self.constraints, self.setting, given)
-        program = Program(start, tuple(terms), (*given, *extra), self)
-        if extra:
-            require_independent(program)
-        return program
+        return assembled(start, terms, given, self.constraints, self.setting, self)
 
     @cached_property
-    def _given(self) -> list[tuple[str, np.ndarray, slice]]:
-        """The interpolation conditions: name, keyframes and coordinates of each group that is not empty."""
-        d, every = self.keyframes.dimension, set(range(len(self.keyframes)))
-        freed = [c.frees(self.setting) for c in self.constraints]
-        linear, translation = (every - set().union(*(f[k] for f in freed)) for k in (0, 1))
-        whole = slice(0, self.channels)
-        if self.channels == d * d:
-            groups = [("keyframes", linear, whole)]
-        else:
-            groups = [
-                ("keyframes", linear & translation, whole),
-                ("keyframes, linear part", linear - translation, slice(0, d * d)),
-                ("keyframes, translation", translation - linear, slice(d * d, d * d + d)),
-            ]
-        return [(name, np.array(sorted(which)), part) for name, which, part in groups if which]
+    def _given(self) -> Groups:
+        return keyframe_groups(self.constraints, self.setting, self.channels, self.keyframes.dimension)
 
     def _interpolation(self, name: str, which: np.ndarray, part: slice) -> Constraint:
         size = part.stop - part.start
@@ -214,13 +196,7 @@ class AffineDesign:
         ∂f*/∂A*_i = −linear[i] and ∂f*/∂v*_i = −translation[i], which is zero where the
         objective does not see the translation.
         """
-        m, d = len(self.keyframes), self.keyframes.dimension
-        shaped = np.zeros((m, d * d + d))
-        for name, which, part in self._given:
-            shaped[which, part] = multipliers[name]
-        keyframes = Affine(shaped[:, : d * d].reshape(m, d, d), shaped[:, d * d :])
-        groups = {name for name, _, _ in self._given}
-        return {"keyframes": keyframes, **{name: v for name, v in multipliers.items() if name not in groups}}
+        return by_keyframe(multipliers, self._given, self.keyframes)
 
     def quadrature_errors(self, motion: AffineMotion, program: Program) -> dict[str, float]:
         """By term, how much twice as many Gauss nodes change its value: zero up to rounding where it is exact."""

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 from symmotion import checks
 from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
 from symmotion.design.affine import represent
-from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, built
+from symmotion.design.question import as_constraints, assembled, require_rates
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Bending, Energy
 from symmotion.errors import InputError
@@ -132,9 +131,7 @@ def _at_ends(
     order: int,
     domain: tuple[float, float] | None,
 ) -> list[CurveCondition]:
-    checks.choice(ends, ("natural", "clamped", "periodic"), "ends")
-    if (ends == "clamped") != (end_rates is not None):
-        raise InputError("clamped ends go with end_rates, and end_rates with clamped ends")
+    require_rates(ends, end_rates)
     if ends == "natural":
         return []
     a, b = _domain(conditions, (), domain)
@@ -240,11 +237,7 @@ class CurveDesign:
             self._require_determined()
         start = self._start()
         terms = terms_of(self.objective, self.space, start)
-        extra = built(self.constraints, self.setting, given)
-        program = Program({UNKNOWN: start}, tuple(terms), (*given, *extra), self)
-        if extra:
-            require_independent(program)
-        return program
+        return assembled({UNKNOWN: start}, terms, given, self.constraints, self.setting, self)
 
     @cached_property
     def _kept(self) -> dict[str, np.ndarray]:

@@ -14,7 +14,7 @@ from symmotion import checks
 from symmotion.constraints import EndRates, ExactSamples, MotionConstraint, Periodic, Setting
 from symmotion.design.fit_space import fit_basis, require_determined, require_free
 from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, built
+from symmotion.design.question import as_constraints, built, require_rates
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
@@ -73,9 +73,7 @@ def fit_program(
     degree = checks.whole(degree, 1, "degree")
     if huber is not None and not 0 < huber < np.inf:
         raise InputError(f"huber {huber!r}: a positive distance is needed")
-    checks.choice(ends, ("natural", "clamped", "periodic"), "ends")
-    if (ends == "clamped") != (end_rates is not None):
-        raise InputError("clamped ends go with end_rates, and end_rates with clamped ends")
+    require_rates(ends, end_rates)
     met = [ExactSamples(exact)] if len(exact) else []
     every = [c.which(len(samples)) for c in (*met, *asked) if isinstance(c, ExactSamples)]
     kept = np.unique(np.concatenate([np.empty(0, dtype=int), *every]))

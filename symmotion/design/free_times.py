@@ -13,8 +13,14 @@ from scipy import sparse
 from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Setting
 from symmotion.design.affine import RIGIDITY, refined_times, represent
-from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, built
+from symmotion.design.question import (
+    Groups,
+    as_constraints,
+    assembled,
+    by_keyframe,
+    keyframe_groups,
+    require_rates,
+)
 from symmotion.design.terms import as_objective, expression_of, kernel_of, nodes_for, parts_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
@@ -70,9 +76,7 @@ def free_times_program(
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine")
     if knots is not None:
         raise InputError("knots: they move with the keyframes' times; refine says how many there are")
-    checks.choice(ends, ("natural", "clamped"), "ends")
-    if (ends == "clamped") != (end_rates is not None):
-        raise InputError("clamped ends go with end_rates, and end_rates with clamped ends")
+    require_rates(ends, end_rates, ("natural", "clamped"))
     m, times = len(keyframes), keyframes.times
     if m < 3:
         raise InputError(f"{m} keyframes have no inner time: at least 3 are needed")
@@ -245,29 +249,11 @@ class FreeTimesDesign:
 
             terms.append(self.space.integral(name, expression, squares, nodes, weight))
         given = [*self._interpolation(), *self._steps()]
-        extra = built(self.constraints, self.setting, given)
-        program = Program(self.unknowns(motion), tuple(terms), (*given, *extra), self)
-        if extra:
-            require_independent(program)
-        return program
-
-    def _freed(self) -> tuple[set[int], set[int]]:
-        """The keyframes whose linear part, and whose translation, are not interpolated."""
-        freed = [c.frees(self.setting) for c in self.constraints]
-        linear, translation = (set[int]().union(*(f[k] for f in freed)) for k in (0, 1))
-        return linear, translation if self.channels > self.keyframes.dimension**2 else linear
+        return assembled(self.unknowns(motion), terms, given, self.constraints, self.setting, self)
 
     @cached_property
-    def _given(self) -> list[tuple[str, np.ndarray, slice]]:
-        """The interpolation conditions: name, keyframes and coordinates of each group that is not empty."""
-        linear, translation = self._freed()
-        every, size, c = set(range(len(self.keyframes))), self.keyframes.dimension**2, self.channels
-        groups = [
-            ("keyframes", every - linear - translation, slice(0, c)),
-            ("keyframes, linear part", translation - linear, slice(0, size)),
-            ("keyframes, translation", linear - translation, slice(size, c)),
-        ]
-        return [(name, np.array(sorted(which)), part) for name, which, part in groups if which]
+    def _given(self) -> Groups:
+        return keyframe_groups(self.constraints, self.setting, self.channels, self.keyframes.dimension)
 
     def _interpolation(self) -> list[Constraint]:
         """A keyframe is the begin of its span, the last one the end of the last span."""
@@ -348,14 +334,8 @@ class FreeTimesDesign:
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Multipliers by constraint: the keyframes' in their shape, those of times per unit of time."""
-        m, d = len(self.keyframes), self.keyframes.dimension
-        shaped = np.zeros((m, d * d + d))
-        for name, which, part in self._given:
-            shaped[which, part] = multipliers[name]
-        groups = {name for name, _, _ in self._given}
         return {
-            **{name: v for name, v in multipliers.items() if name not in groups},
-            "keyframes": Affine(shaped[:, : d * d].reshape(m, d, d), shaped[:, d * d :]),
+            **by_keyframe(multipliers, self._given, self.keyframes),
             "total time": float(multipliers["total time"][0, 0]) / self.unit,
             "order": multipliers["order"][:, 0] / self.unit,
             "knots": multipliers["knots"][:, 0] / self.unit,

@@ -8,8 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from symmotion.constraints import JetConstraint, MotionConstraint, Setting
-from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, built
+from symmotion.design.question import as_constraints, assembled
 from symmotion.errors import InputError
 from symmotion.jets.space import JetSpace, Places
 from symmotion.program import Block, Constraint, Program
@@ -64,11 +63,7 @@ class JoinedDesign:
         settings = [p.design.setting for p in self.programs.values() if isinstance(p.design, Spaced)]
         spaces = tuple(_placed(s.space, body) for s, body in zip(settings, self.programs, strict=True))
         common = Setting(spaces, np.empty(0), moves=all(s.moves for s in settings), places=places)
-        extra = built(self.constraints, common, given)
-        program = replace(plain, constraints=(*given, *extra))
-        if extra:
-            require_independent(program)
-        return program
+        return assembled(start, terms, given, self.constraints, common, self)
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """The motions by body."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from time import perf_counter
 from typing import Any
 
@@ -13,8 +14,7 @@ from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, 
 from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import ControlSpace
 from symmotion.design.control_start import carried, motion_of
-from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, built
+from symmotion.design.question import as_constraints, assembled
 from symmotion.design.terms import as_objective, expression_of, parts_of
 from symmotion.energies import Energy, JetEnergy, Torque
 from symmotion.errors import InputError
@@ -24,6 +24,7 @@ from symmotion.motions.quaternions import OrientationKeys, QuaternionMotion
 from symmotion.motions.quaternions.algebra import Signs, conjugate, to_rotation
 from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
 from symmotion.program import Block, Constraint, Program
+from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis
 
@@ -119,7 +120,9 @@ class OrientationDesign:
         design.require_room()
         return design
 
-    @property
+    __getstate__ = made_of
+
+    @cached_property
     def setting(self) -> Setting:
         keys = self.keys
         linear = to_rotation(keys.quaternions).as_matrix()
@@ -130,24 +133,20 @@ class OrientationDesign:
         """The program of this question."""
         controls = {UNKNOWN: self.start.control_points.copy()}
         given = self.given()
-        extra = built(self.constraints, self.setting, given)
-        program = Program(controls, self.terms(), (*given, *extra), self)
-        if extra:
-            require_independent(program)
-        return program
+        return assembled(controls, self.terms(), given, self.constraints, self.setting, self)
 
     def terms(self) -> tuple[Block, ...]:
         """The objective's terms."""
         return tuple(rigid_term(self.space, name, weight, energy) for name, weight, energy in parts_of(self.objective))
 
-    @property
+    @cached_property
     def held(self) -> np.ndarray:
         """The keyframes whose turn is a condition: not those with a tolerance, nor the last of a closed motion."""
-        return self._not_freed(0)
+        return self.not_freed(self.setting, 0)
 
-    def _not_freed(self, part: int) -> np.ndarray:
-        setting = self.setting
-        freed = set().union(*(c.frees(setting)[part] for c in self.constraints))
+    def not_freed(self, setting: Setting, part: int) -> np.ndarray:
+        """The keyframes whose turn (part 0) or place (1) no constraint frees; of a closed motion not the last."""
+        freed = set[int]().union(*(c.frees(setting)[part] for c in self.constraints))
         return np.array(sorted(set(range(len(self.keys) - (self.ends == "periodic"))) - freed), dtype=int)
 
     def given(self) -> list[Constraint]:

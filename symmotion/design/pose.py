@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from time import perf_counter
 from typing import Any
 
@@ -11,9 +12,8 @@ from numpy.typing import ArrayLike
 
 from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.control_start import motion_of
-from symmotion.design.independence import require_independent
 from symmotion.design.orientation import RENAMED, TORQUE, OrientationDesign
-from symmotion.design.question import as_constraints, built
+from symmotion.design.question import as_constraints, assembled
 from symmotion.design.terms import as_objective, expression_of, parts_of
 from symmotion.energies import Energy, TrajectoryEnergy
 from symmotion.errors import InputError
@@ -22,6 +22,7 @@ from symmotion.motions import Keyframes, PoseMotion
 from symmotion.motions.quaternions import OrientationKeys
 from symmotion.motions.quaternions.algebra import Signs, from_rotation
 from symmotion.program import Constraint, Program
+from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import Spline, closest, cubic_interpolant
 
@@ -97,7 +98,9 @@ class PoseDesign:
     translation: np.ndarray
     start: np.ndarray
 
-    @property
+    __getstate__ = made_of
+
+    @cached_property
     def setting(self) -> Setting:
         return replace(self.turning.setting, translation=self.translation)
 
@@ -106,18 +109,12 @@ class PoseDesign:
         controls = np.concatenate([self.turning.start.control_points, self.start], axis=1)
         turning = self.turning
         given = [*turning.given(), *self._places()]
-        extra = built(turning.constraints, self.setting, given)
-        program = Program({UNKNOWN: controls}, turning.terms(), (*given, *extra), self)
-        if extra:
-            require_independent(program)
-        return program
+        return assembled({UNKNOWN: controls}, turning.terms(), given, turning.constraints, self.setting, self)
 
-    @property
+    @cached_property
     def placed(self) -> np.ndarray:
         """The keyframes whose place is a condition."""
-        freed = set().union(*(c.frees(self.setting)[1] for c in self.turning.constraints))
-        every = range(len(self.turning.keys) - (self.turning.ends == "periodic"))
-        return np.array(sorted(set(every) - freed), dtype=int)
+        return self.turning.not_freed(self.setting, 1)
 
     def _places(self) -> list[Constraint]:
         which, space = self.placed, self.turning.space

@@ -1,11 +1,17 @@
 """What the questions have in common: constraints at the door, built into programs, and found to be independent."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
+import numpy as np
+
+from symmotion import checks
 from symmotion.constraints import MotionConstraint, Setting
+from symmotion.design.independence import require_independent
 from symmotion.design.terms import distinct
 from symmotion.errors import InputError
-from symmotion.program import Constraint
+from symmotion.motions import Affine, Keyframes
+from symmotion.program import Block, Constraint, DesignT, Program
 
 
 def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
@@ -19,6 +25,59 @@ def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
         if not isinstance(c, MotionConstraint):
             raise InputError(f"constraint {c!r} is no condition on a motion")
     return found
+
+
+def require_rates(ends: str, end_rates: object, known: Sequence[str] = ("natural", "clamped", "periodic")) -> None:
+    """InputError for ends that there are not, and for rates without clamped ends or clamped ends without rates."""
+    checks.choice(ends, known, "ends")
+    if (ends == "clamped") != (end_rates is not None):
+        raise InputError("clamped ends go with end_rates, and end_rates with clamped ends")
+
+
+def assembled(
+    start: Mapping[str, np.ndarray],
+    terms: Sequence[Block],
+    given: Sequence[Constraint],
+    constraints: Sequence[MotionConstraint],
+    setting: Setting,
+    design: DesignT,
+) -> Program[DesignT]:
+    """The program of a question: the conditions given, and the constraints beside them, which are independent."""
+    extra = built(constraints, setting, given)
+    program = Program(start, tuple(terms), (*given, *extra), design)
+    if extra:
+        require_independent(program)
+    return program
+
+
+Groups = Sequence[tuple[str, np.ndarray, slice]]
+
+
+def keyframe_groups(constraints: Sequence[MotionConstraint], setting: Setting, channels: int, d: int) -> Groups:
+    """The conditions that affine keyframes are: name, keyframes and coordinates of each group that is not empty.
+
+    What a constraint frees of a keyframe is no condition of its own.
+    """
+    freed = [c.frees(setting) for c in constraints]
+    linear, translation = (set(range(len(setting.times))).difference(*(f[k] for f in freed)) for k in (0, 1))
+    size = d * d
+    if channels == size:
+        translation = linear
+    groups = [
+        ("keyframes", linear & translation, slice(0, channels)),
+        ("keyframes, linear part", linear - translation, slice(0, size)),
+        ("keyframes, translation", translation - linear, slice(size, channels)),
+    ]
+    return [(name, np.array(sorted(which)), part) for name, which, part in groups if which]
+
+
+def by_keyframe(multipliers: Mapping[str, np.ndarray], groups: Groups, keyframes: Keyframes) -> dict[str, Any]:
+    """Multipliers by constraint, those of the groups as one "keyframes" in the keyframes' shape; arrays or `Affine`."""
+    m, d = len(keyframes), keyframes.dimension
+    shaped, rest = np.zeros((m, d * d + d)), dict(multipliers)
+    for name, which, part in groups:
+        shaped[which, part] = rest.pop(name)
+    return {"keyframes": Affine(shaped[:, : d * d].reshape(m, d, d), shaped[:, d * d :]), **rest}
 
 
 def built(constraints: Sequence[MotionConstraint], setting: Setting, given: Sequence[Constraint]) -> list[Constraint]:

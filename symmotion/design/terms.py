@@ -8,6 +8,7 @@ import numpy as np
 
 from symmotion.energies import Energy
 from symmotion.errors import InputError
+from symmotion.jets.jet import AnyJet, expressed
 from symmotion.jets.space import JetKernel, LinearSpace
 from symmotion.program import Block, BlockEvaluator
 
@@ -42,22 +43,19 @@ def distinct(name: str, taken: set[str]) -> str:
     return fresh
 
 
-def expression_of(energy: Energy, weight: float, jet: object) -> tuple[ca.SX, bool]:
+def expression_of(energy: Energy, weight: float, jet: AnyJet) -> tuple[ca.SX, bool]:
     """The integrand for a jet, or residuals and True where the term is a sum of squares with a positive weight.
 
     InputError that names the energy where it cannot be said of such a jet.
     """
-    try:
+
+    def say() -> tuple[ca.SX, bool]:
         residuals = energy.residuals(jet)
         if residuals is not None and weight > 0:
             return ca.SX(residuals), True
         return ca.SX(energy.integrand(jet)), False
-    except InputError:
-        raise
-    except (AttributeError, TypeError, NotImplementedError, RuntimeError, IndexError) as error:
-        said = str(error).splitlines()[0] if str(error) else type(error).__name__
-        kind = getattr(jet, "kind", type(jet).__name__)
-        raise InputError(f"energy {energy.name} cannot be said of jets of kind {kind}: {said[:300]}") from error
+
+    return expressed(f"energy {energy.name} cannot be said of", [jet], say)
 
 
 def kernel_of(energy: Energy, weight: float, space: LinearSpace) -> JetKernel:

@@ -1,7 +1,7 @@
 """Energies: functionals ∫ φ(jet) dt of a motion, which add and scale."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.jets import Written
-from symmotion.values import same
+from symmotion.values import same_fields
 
 
 class Energy:
@@ -94,15 +94,6 @@ class Energy:
     def __getstate__(self) -> dict[str, Any]:
         # Kernels that were made of it are made again where they are asked for.
         return {name: value for name, value in self.__dict__.items() if name != "_made"}
-
-
-def same_fields(a: object, b: object) -> bool:
-    """Whether two values of one class have the same fields, arrays compared entry by entry."""
-    if a is b:
-        return True
-    if type(a) is not type(b) or not is_dataclass(a) or isinstance(a, type):
-        return False
-    return all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
 
 
 @dataclass(frozen=True, eq=False)

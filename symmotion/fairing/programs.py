@@ -10,8 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from symmotion.constraints import MotionConstraint, Setting
-from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, built
+from symmotion.design.question import as_constraints, assembled
 from symmotion.errors import InputError
 from symmotion.fairing.coordinates import Box, Coordinates, Motion
 from symmotion.fairing.jumps import Jumps, Step
@@ -204,10 +203,8 @@ def fairing_program(
             raise InputError("tolerance 0: bounds must leave room; exclude controls by the region instead")
         given.append(_bounds(flat, inside, limit, every))
     design = FairingDesign(coordinates, net, np.arange(n * m))
-    extra = built(asked, Setting((NetSpace(motion.bases, channels),), np.empty(0)), given)
-    program = Program({UNKNOWN: flat.copy()}, tuple(terms), (*given, *extra), design)
-    if extra:
-        require_independent(program)
+    setting = Setting((NetSpace(motion.bases, channels),), np.empty(0))
+    program = assembled({UNKNOWN: flat.copy()}, terms, given, asked, setting, design)
     return replace(program, build_seconds=perf_counter() - began)
 
 

@@ -1,7 +1,7 @@
 """What every jet has, whatever the motion: the entries that it is made of, and body points where there are."""
 
-from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
+from collections.abc import Callable, Sequence
+from typing import Protocol, TypeVar, runtime_checkable
 
 import casadi as ca
 import numpy as np
@@ -46,6 +46,21 @@ class BodyJet(AnyJet, Protocol):
     def bending(self, points: np.ndarray, masses: np.ndarray) -> ca.SX:
         """Residuals whose squares add up to Σ m_i ‖acceleration of p_i‖², however many points (P, d) there are."""
         ...
+
+
+T = TypeVar("T")
+
+
+def expressed(failing: str, jets: Sequence[AnyJet], say: Callable[[], T]) -> T:
+    """What `say` says of jets; an InputError `failing` with the kinds of the jets where it cannot."""
+    try:
+        return say()
+    except InputError:
+        raise
+    except (AttributeError, TypeError, NotImplementedError, RuntimeError, IndexError) as error:
+        kinds = " and ".join(jet.kind for jet in jets)
+        said = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"{failing} jets of kind {kinds}: {said[:300]}") from error
 
 
 def body_point(point: ArrayLike, dimension: int) -> ca.DM | ca.SX:
