@@ -8,7 +8,7 @@ from symmotion.design.affine import affine_program
 from symmotion.design.terms import kernel_of, nodes_for
 from symmotion.energies import Energy
 from symmotion.errors import InputError
-from symmotion.jets.space import affine_space
+from symmotion.jets.linear import affine_space
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.rigid import polar_factors
 from symmotion.program import BlockEvaluator

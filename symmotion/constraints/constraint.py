@@ -14,7 +14,9 @@ from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.jets import AnyJet, Written
 from symmotion.jets.jet import expressed
-from symmotion.jets.space import JetSpace, LinearSpace, NetSpace, Places, block_of
+from symmotion.jets.linear import LinearSpace
+from symmotion.jets.nets import NetSpace
+from symmotion.jets.space import JetSpace, Places, block_of
 from symmotion.jets.written import jets_of_all_kinds
 from symmotion.program import Constraint, ParameterPlace
 from symmotion.values import same_fields

@@ -11,7 +11,7 @@ from scipy import sparse
 from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
 from symmotion.errors import InputError
 from symmotion.jets import CurveJet
-from symmotion.jets.space import LinearSpace, sided
+from symmotion.jets.linear import LinearSpace, sided
 from symmotion.kernels import Kernel
 from symmotion.program import Block, Constraint
 from symmotion.splines import BSplineBasis

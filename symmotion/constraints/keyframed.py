@@ -12,7 +12,7 @@ from symmotion import checks
 from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
 from symmotion.errors import InputError
 from symmotion.jets import Jet, RigidJet, rotation
-from symmotion.jets.space import LinearSpace
+from symmotion.jets.linear import LinearSpace
 from symmotion.kernels import Kernel
 from symmotion.program import Block, Constraint
 

@@ -16,7 +16,8 @@ from symmotion.design.question import Groups, as_constraints, assembled, by_keyf
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
-from symmotion.jets.space import UNKNOWN, JetKernel, LinearSpace, affine_space
+from symmotion.jets.linear import JetKernel, LinearSpace, affine_space
+from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, BlockEvaluator, Constraint, Program

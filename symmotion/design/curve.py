@@ -16,7 +16,8 @@ from symmotion.design.question import as_constraints, assembled, require_rates
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Bending, Energy
 from symmotion.errors import InputError
-from symmotion.jets.space import UNKNOWN, LinearSpace, curve_space
+from symmotion.jets.linear import LinearSpace, curve_space
+from symmotion.jets.space import UNKNOWN
 from symmotion.motions import Keyframes
 from symmotion.program import Constraint, Program
 from symmotion.program.state import made_of

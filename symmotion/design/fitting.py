@@ -19,7 +19,8 @@ from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.jets import Jet
-from symmotion.jets.space import UNKNOWN, LinearSpace, affine_space, block_of
+from symmotion.jets.linear import LinearSpace, affine_space
+from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, Program
 from symmotion.program.state import made_of

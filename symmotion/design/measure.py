@@ -11,8 +11,8 @@ from symmotion.design.terms import MOST_NODES, QUADRATURE, kernel_of, nodes_for
 from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.jets.affine import HIGHEST_ORDER, affine_jet
+from symmotion.jets.linear import affine_space, curve_space
 from symmotion.jets.rigid import rigid_jet
-from symmotion.jets.space import affine_space, curve_space
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.program import BlockEvaluator

@@ -9,7 +9,7 @@ import numpy as np
 from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.jets.jet import AnyJet, expressed
-from symmotion.jets.space import JetKernel, LinearSpace
+from symmotion.jets.linear import JetKernel, LinearSpace
 from symmotion.program import Block, BlockEvaluator
 
 # Relative change of an integral between a node count and twice as many that counts as none.

@@ -14,7 +14,8 @@ from symmotion.design.question import as_constraints, assembled
 from symmotion.errors import InputError
 from symmotion.fairing.coordinates import Box, Coordinates, Motion
 from symmotion.fairing.jumps import Jumps, Step
-from symmotion.jets.space import UNKNOWN, NetSpace
+from symmotion.jets.nets import NetSpace
+from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
 from symmotion.program import Block, Constraint, Program
 
