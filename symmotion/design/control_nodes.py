@@ -52,15 +52,21 @@ class NodeSymbols:
 
     def jet(self, channels: int, ways: Sequence[ca.SX]) -> RigidJet:
         """The jet at the parameter: KKS (7) and its derivatives, the origin v_0 + Σ (v_l − v_{l−1}) B̃_l."""
-        rate, acceleration = rotation.rates(ways, *self.weights[:3])
-        points = [self.z[k + 4 : k + 7] for k in range(0, self.z.numel(), channels)] if channels > 4 else []
-        translation = []
-        for order, weights in enumerate(self.weights if points else ()):
-            steps = pairwise(points)
-            moved = sum(((b - a) * weights[k] for k, (a, b) in enumerate(steps)), ca.SX(3, 1))
-            translation.append(moved + points[0] if order == 0 else moved)
-        quaternion = rotation.orientation(self.z[:4], ways, self.weights[0])
-        return RigidJet(quaternion, rate, acceleration, tuple(translation), self.t)
+
+        def path() -> tuple[ca.SX, ...]:
+            points = [self.z[k + 4 : k + 7] for k in range(0, self.z.numel(), channels)]
+            derivatives = []
+            for weights in self.weights:
+                steps = enumerate(pairwise(points))
+                derivatives.append(sum(((b - a) * weights[k] for k, (a, b) in steps), ca.SX(3, 1)))
+            return (derivatives[0] + points[0], *derivatives[1:])
+
+        return RigidJet(
+            lambda: rotation.orientation(self.z[:4], ways, self.weights[0]),
+            lambda: rotation.rates(ways, *self.weights[:3]),
+            path if channels > 4 else None,
+            self.t,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,14 +188,14 @@ class ControlSpace:
         columns, tables = self._tables(points, 2)
         symbols = NodeSymbols.of(c, p, self.plain)
         ways, out, data = symbols.ways(c), [], [symbols.signs, symbols.turns]
-        timed = False
+        # Asked of a jet of symbols: a node's own is a long expression to search.
+        plain = self.symbols()
+        timed = bool(ca.depends_on(expression(plain), plain.t))
         for k in range(q):
             here = NodeSymbols.of(c, p, self.plain, k)
             share = ca.SX.sym("share")
             node = NodeSymbols(symbols.z, symbols.signs, symbols.turns, here.weights, here.t)
-            value = share * expression(node.jet(c, ways))
-            timed = timed or bool(ca.depends_on(value, here.t))
-            out.append(value)
+            out.append(share * expression(node.jet(c, ways)))
             data += [*here.weights[:3], share, *([here.t] if timed else [])]
         extra = np.stack([shares, points], axis=2) if timed else shares[..., None]
         numbers = [*self._branches(columns), np.concatenate([tables, extra], axis=2).reshape(e, -1)]

@@ -65,7 +65,7 @@ def kernel_of(energy: Energy, weight: float, space: LinearSpace) -> JetKernel:
         out, squares = expression_of(energy, weight, space.jet())
         return JetKernel.of(space, out, f"the integrand of {energy.name}", squares)
 
-    return kept(energy, (space.jet().kind, weight > 0), make)
+    return kept(energy, (space.kind, weight > 0), make)
 
 
 def kept(energy: Energy, key: object, make: Callable[[], T]) -> T:

@@ -49,10 +49,11 @@ def _rows(basis: BSplineBasis, times: np.ndarray, orders: Sequence[int], sides: 
 class LinearSpace:
     """A spline whose coordinates are the unknowns: the jet's entries are linear in the controls.
 
-    width: coordinates per control that there are; channels: how many of them are unknowns, the first ones;
+    kind: of its jets; width: coordinates per control that there are; channels: how many are unknowns, the first ones;
     make: a jet from the symbols of orders 0 … 3 of all coordinates, and of the time.
     """
 
+    kind: str
     basis: BSplineBasis
     width: int
     make: Callable[[Sequence[ca.SX], ca.SX], AnyJet]
@@ -120,7 +121,7 @@ def affine_space(basis: BSplineBasis, d: int, channels: int) -> LinearSpace:
         linear = tuple(ca.reshape(o[: d * d], d, d).T for o in orders)
         return Jet(linear, tuple(o[d * d :] for o in orders), t)
 
-    return LinearSpace(basis, d * d + d, make, channels, groups=(d * d, d * d + d))
+    return LinearSpace(f"affine {d}D", basis, d * d + d, make, channels, groups=(d * d, d * d + d))
 
 
 def curve_space(basis: BSplineBasis, shape: tuple[int, ...]) -> LinearSpace:
@@ -132,7 +133,7 @@ def curve_space(basis: BSplineBasis, shape: tuple[int, ...]) -> LinearSpace:
             return CurveJet(tuple(orders), t)
         return CurveJet(tuple(ca.reshape(o, shape[1], shape[0]).T for o in orders), t)
 
-    return LinearSpace(basis, width, make, width)
+    return LinearSpace(f"curve {shape}", basis, width, make, width)
 
 
 @dataclass(frozen=True, eq=False)

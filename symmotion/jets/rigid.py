@@ -1,5 +1,6 @@
 """The symbolic jet of an orientation or a pose: a unit quaternion with its rates, and the origin's path."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,20 +17,43 @@ from symmotion.jets.jet import body_point, column
 class RigidJet:
     """A rigid body's orientation, its rates in the body frame, and the path of its origin, as CasADi expressions.
 
-    quaternion: q (4, 1), scalar first; rate, acceleration: Ω, Ω̇ (3, 1) in rad per unit of time; translation: the
-    derivatives 0 … 3 of the origin (3, 1), empty for an orientation alone, whose origin rests at zero; t: the time.
-    A body point p is at v + R p.
+    turn, rates, path: make the quaternion, Ω with Ω̇, and the derivatives 0 … 3 of the origin when they are asked for,
+    since products of exponentials are long; path is None for an orientation alone, whose origin rests at zero.
+    t: the time. A body point p is at v + R p.
     """
 
-    quaternion: ca.SX
-    rate: ca.SX
-    acceleration: ca.SX
-    translation: tuple[ca.SX, ...]
+    turn: Callable[[], ca.SX]
+    rates: Callable[[], tuple[ca.SX, ca.SX]]
+    path: Callable[[], tuple[ca.SX, ...]] | None
     t: ca.SX
+
+    @cached_property
+    def quaternion(self) -> ca.SX:
+        """q (4, 1), scalar first."""
+        return self.turn()
+
+    @cached_property
+    def _rates(self) -> tuple[ca.SX, ca.SX]:
+        return self.rates()
+
+    @property
+    def rate(self) -> ca.SX:
+        """Ω (3, 1) in the body frame, rad per unit of time."""
+        return self._rates[0]
+
+    @property
+    def acceleration(self) -> ca.SX:
+        """Ω̇ (3, 1) in the body frame, rad per unit of time²."""
+        return self._rates[1]
+
+    @cached_property
+    def translation(self) -> tuple[ca.SX, ...]:
+        """The derivatives 0 … 3 of the origin (3, 1), empty for an orientation alone."""
+        return self.path() if self.path else ()
 
     @property
     def kind(self) -> str:
-        return "pose" if self.translation else "orientation"
+        return "pose" if self.path else "orientation"
 
     @property
     def entries(self) -> ca.SX:
@@ -71,7 +95,7 @@ class RigidJet:
         return self._origin(3)
 
     def _origin(self, order: int) -> ca.SX:
-        if not self.translation:
+        if self.path is None:
             raise InputError("an orientation has no translation: make a pose_program")
         return self.translation[order]
 
@@ -92,7 +116,7 @@ class RigidJet:
 
     def _moved(self, order: int, arm: ca.SX) -> ca.SX:
         turned = rotation.rotate(self.quaternion, arm)
-        return turned + self.translation[order] if self.translation else turned
+        return turned + self.translation[order] if self.path else turned
 
     def place(self, point: ArrayLike) -> ca.SX:
         """v + R p."""
@@ -113,7 +137,7 @@ class RigidJet:
         centre = masses @ points / mass
         spread = np.transpose(np.linalg.qr(np.sqrt(masses)[:, None] * (points - centre), mode="r"))
         whole = []
-        if self.translation:
+        if self.path:
             travel = self.ddv
             if centre.any():
                 travel = travel + rotation.rotate(self.quaternion, self._bend @ ca.DM(centre))
@@ -129,5 +153,6 @@ class RigidJet:
 
 def rigid_jet(entries: ca.SX, pose: bool) -> RigidJet:
     """The jet of entries in the order of `RigidJet.entries`."""
-    translation = tuple(entries[10 + 3 * k : 13 + 3 * k] for k in range(4)) if pose else ()
-    return RigidJet(entries[:4], entries[4:7], entries[7:10], translation, entries[22 if pose else 10])
+    path = (lambda: tuple(entries[10 + 3 * k : 13 + 3 * k] for k in range(4))) if pose else None
+    rates = entries[4:7], entries[7:10]
+    return RigidJet(lambda: entries[:4], lambda: rates, path, entries[22 if pose else 10])
