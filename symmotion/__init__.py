@@ -41,6 +41,7 @@ from symmotion.energies import JetEnergy, Rigidity, StrainAcceleration, StrainRa
 from symmotion.errors import InputError, SolveError
 from symmotion.fairing import fair
 from symmotion.files import read_keyframes, read_motion, write_keyframes, write_motion
+from symmotion.loading import load
 from symmotion.motions import Affine, AffineMotion, Keyframes, PoseMotion, examples, interpolants, quaternions
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.solvers import Elimination, ExactNewton, Ipopt, Solution, compare
@@ -192,6 +193,7 @@ __all__ = [
     "interpolants",
     "jets",
     "join",
+    "load",
     "measure",
     "motions",
     "orientation_program",

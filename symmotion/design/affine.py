@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
-from symmotion.design.question import Groups, as_constraints, assembled, by_keyframe, keyframe_groups
+from symmotion.design.question import Groups, as_constraints, assembled, by_keyframe, keyframe_groups, require_start
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
@@ -189,6 +189,7 @@ class AffineDesign:
 
     def unknowns(self, motion: AffineMotion) -> dict[str, np.ndarray]:
         """The unknowns that represent a motion, exactly where the space holds it."""
+        require_start(motion, AffineMotion, self.keyframes.dimension)
         return {UNKNOWN: self._unknowns(represent(self.basis, motion.spline, self.keyframes.times))}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:

@@ -328,6 +328,8 @@ class CurveDesign:
 
     def unknowns(self, motion: Any) -> dict[str, np.ndarray]:
         """The unknowns that represent a curve, exactly where the space holds it."""
+        if not hasattr(motion, "to_bspline"):
+            raise InputError(f"start {motion!r:.80}: a curve, a solution or numbers are needed")
         spline = motion.to_bspline().clamped()
         if spline.domain != self.basis.domain or spline.control_points.shape[1:] != self.shape:
             raise InputError(

@@ -14,7 +14,7 @@ from symmotion import checks
 from symmotion.constraints import EndRates, ExactSamples, MotionConstraint, Periodic, Setting
 from symmotion.design.fit_space import fit_basis, require_determined, require_free
 from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, built, require_rates
+from symmotion.design.question import as_constraints, built, require_rates, require_start
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
@@ -185,6 +185,7 @@ class FitDesign:
 
     def unknowns(self, motion: AffineMotion) -> dict[str, np.ndarray]:
         """The unknowns closest to a motion at the samples, exactly where the space holds it."""
+        require_start(motion, AffineMotion, self.samples.dimension)
         times = self.samples.times
         seen = Keyframes(times, *motion(times))
         used = np.union1d(self.followed, self.exact)

@@ -21,6 +21,7 @@ from symmotion.design.question import (
     by_keyframe,
     keyframe_groups,
     require_rates,
+    require_start,
 )
 from symmotion.design.terms import as_objective, expression_of, kernel_of, nodes_for, parts_of
 from symmotion.energies import Energy
@@ -230,6 +231,7 @@ class FreeTimesDesign:
 
     def unknowns(self, motion: AffineMotion) -> dict[str, np.ndarray]:
         """The unknowns that represent a motion: exactly where its space is one of these, else at the start's times."""
+        require_start(motion, AffineMotion, self.keyframes.dimension)
         ends = np.allclose(motion.domain, self.keyframes.times[[0, -1]])
         if not (ends and motion.degree == self.degree and len(motion.basis.breakpoints) == self.spans + 1):
             basis = BSplineBasis.clamped(refined_times(self.keyframes.times, self.refine), self.degree)

@@ -14,7 +14,7 @@ from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, 
 from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import ControlSpace
 from symmotion.design.control_start import carried, motion_of
-from symmotion.design.question import as_constraints, assembled
+from symmotion.design.question import as_constraints, assembled, require_start
 from symmotion.design.terms import as_objective, expression_of, parts_of
 from symmotion.energies import Energy, JetEnergy, Torque
 from symmotion.errors import InputError
@@ -177,6 +177,7 @@ class OrientationDesign:
 
     def unknowns(self, motion: QuaternionMotion) -> dict[str, np.ndarray]:
         """The unknowns closest to a curve: its own controls where the space is the same."""
+        require_start(motion, QuaternionMotion, 3)
         basis = self.space.basis
         if motion.degree == basis.degree and np.array_equal(motion.basis.knots, basis.knots):
             return {UNKNOWN: motion.control_points.copy()}

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.control_start import motion_of
 from symmotion.design.orientation import RENAMED, TORQUE, OrientationDesign
-from symmotion.design.question import as_constraints, assembled
+from symmotion.design.question import as_constraints, assembled, require_start
 from symmotion.design.terms import as_objective, expression_of, parts_of
 from symmotion.energies import Energy, TrajectoryEnergy
 from symmotion.errors import InputError
@@ -133,6 +133,7 @@ class PoseDesign:
 
     def unknowns(self, motion: PoseMotion) -> dict[str, np.ndarray]:
         """The unknowns of a motion over the same knots."""
+        require_start(motion, PoseMotion, 3)
         basis = self.turning.space.basis
         if not np.array_equal(motion.translation.basis.knots, basis.knots):
             raise InputError("a start for a pose program has the knots of the program")

@@ -34,6 +34,15 @@ def require_rates(ends: str, end_rates: object, known: Sequence[str] = ("natural
         raise InputError("clamped ends go with end_rates, and end_rates with clamped ends")
 
 
+def require_start(motion: object, kind: type, dimension: int) -> None:
+    """InputError for a start that is no motion of this kind in this dimension."""
+    if not isinstance(motion, kind):
+        raise InputError(f"start {motion!r:.80}: a motion ({kind.__name__}), a solution or numbers are needed")
+    found = getattr(motion, "dimension", dimension)
+    if found != dimension:
+        raise InputError(f"start {motion!r:.80} is in {found}D: {dimension}D is needed")
+
+
 def assembled(
     start: Mapping[str, np.ndarray],
     terms: Sequence[Block],

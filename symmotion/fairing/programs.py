@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from symmotion.constraints import MotionConstraint, Setting
-from symmotion.design.question import as_constraints, assembled
+from symmotion.design.question import as_constraints, assembled, require_start
 from symmotion.errors import InputError
 from symmotion.fairing.coordinates import Box, Coordinates, Motion
 from symmotion.fairing.jumps import Jumps, Step
@@ -45,6 +45,7 @@ class FairingDesign:
 
     def unknowns(self, motion: Motion) -> dict[str, np.ndarray]:
         """The unknowns that a motion over the same knots has."""
+        require_start(motion, type(self.coordinates.motion), 3)
         net = replace(self.coordinates, motion=motion).net
         if net.shape != self.start.shape:
             raise InputError(f"a start with a net of shape {net.shape}: {self.start.shape} is needed")

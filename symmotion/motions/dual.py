@@ -63,9 +63,15 @@ class DualQuaternions:
         return DualQuaternions(real) if dual is None else DualQuaternions(real, np.asarray(dual, dtype=float))
 
     @staticmethod
-    def from_parts(real: ArrayLike, translation: ArrayLike | None = None) -> "DualQuaternions":
-        """Rotations as quaternions (…, 4) of any norm with translations d (…, 3), zero when left out."""
+    def from_parts(
+        real: ArrayLike, translation: ArrayLike | None = None, *, scalar_first: bool = True
+    ) -> "DualQuaternions":
+        """Rotations as quaternions (…, 4) of any norm with translations d (…, 3), zero when left out.
+
+        scalar_first: whether the quaternions have their scalar part first or last.
+        """
         real = np.asarray(real, dtype=float)
+        real = real if scalar_first or real.ndim == 0 else np.roll(real, 1, axis=-1)
         if translation is None:
             return DualQuaternions(real)
         d = np.asarray(translation, dtype=float)

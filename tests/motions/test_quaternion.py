@@ -286,3 +286,24 @@ def test_mixed_signs_are_aligned_or_kept_as_asked():
     np.testing.assert_allclose(
         from_rotations(qa.to_rotation(q)), q * np.sign(from_rotations(qa.to_rotation(q))[0] @ q[0])
     )
+
+
+def test_the_scalar_part_may_come_last_wherever_quaternions_come_in():
+    first = np.array([[1, 0, 0, 0], [0.8, 0.6, 0, 0], [0.6, 0, 0.8, 0], [0.28, 0.96, 0, 0]])
+    last = np.roll(first, -1, axis=1)
+    times, basis = np.arange(4.0), sm.splines.BSplineBasis.clamped([0.0, 1.0], 3)
+    within, curve = sm.interpolants, sm.QuaternionMotion
+    for make in (
+        lambda q, **order: curve.bezier(q, **order),
+        lambda q, **order: curve.bspline(basis, q, **order),
+        lambda q, **order: curve.hermite(q[0], q[1], np.zeros(3), np.ones(3), **order),
+        lambda q, **order: curve.bezier(first).with_control(1, q[1], **order),
+        lambda q, **order: within.shoemake_bezier(q, **order),
+        lambda q, **order: within.shoemake_interpolant(times, q, **order),
+        lambda q, **order: within.slerp_curve(times, q, **order),
+        lambda q, **order: within.squad(times, q, **order),
+        lambda q, **order: sm.quaternions.interpolate_quaternions(times, q, **order),
+        lambda q, **order: sm.motions.DualQuaternions.from_parts(q, **order),
+        lambda q, **order: sm.Keyframes.of(times, q, np.zeros((4, 3)), **order),
+    ):
+        assert make(last, scalar_first=False) == make(first) != make(last)

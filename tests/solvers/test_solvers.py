@@ -204,6 +204,14 @@ def test_what_is_no_solver_is_said():
     for start in ("home", [1.0, 2.0], np.full(program.unknowns, np.nan)):
         with pytest.raises(sm.InputError, match="start"):
             sm.ExactNewton().solve(program, start=start)
+    for start in (
+        3.0,
+        sm.AffineMotion,
+        sm.QuaternionMotion.bezier([[1, 0, 0, 0], [0.8, 0.6, 0, 0]]),
+        sm.interpolants.component_cubic(sm.examples.spatial_keyframes()),
+    ):
+        with pytest.raises(sm.InputError, match=r"^start .*: a motion|^start .* is in 3D: 2D is needed"):
+            sm.ExactNewton().solve(program, start=start)
     listed = sm.ExactNewton().solve(program, start=program.x0.tolist())
     assert listed.x.tobytes() == sm.ExactNewton().solve(program, start=program.x0).x.tobytes()
 

@@ -27,7 +27,7 @@ NODES = 40
 
 
 def slerp(a: ArrayLike, b: ArrayLike, u: ArrayLike) -> np.ndarray:
-    """a exp(u log(a⁻¹ b)), the geodesic from a to b (…, 4) at u (…), u in [0, 1] and beyond (KKS (3))."""
+    """a exp(u log(a⁻¹ b)), the geodesic from a to b (…, 4), scalar first, at u (…) in [0, 1] and beyond (KKS (3))."""
     return product(a, exp(np.asarray(u, dtype=float)[..., None] * log(product(conjugate(a), b))))
 
 
@@ -162,18 +162,22 @@ class SlerpBezier:
         return points[:, 0]
 
 
-def slerp_curve(times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None) -> SegmentCurve:
+def slerp_curve(
+    times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None, *, scalar_first: bool = True
+) -> SegmentCurve:
     """The piecewise slerp through keyframes (KKS figure 1): constant rate between them, which jumps there."""
-    keys = OrientationKeys.of(times, quaternions)
+    keys = OrientationKeys.of(times, quaternions, scalar_first=scalar_first)
     return SegmentCurve(keys.times, Slerps(keys.quaternions))
 
 
-def squad(times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None) -> SegmentCurve:
+def squad(
+    times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None, *, scalar_first: bool = True
+) -> SegmentCurve:
     """Shoemake's squad through keyframes: slerp(slerp(q_i, q_{i+1}, u), slerp(s_i, s_{i+1}, u), 2u (1 − u)).
 
     s_i = q_i exp(−(log q_i⁻¹q_{i+1} + log q_i⁻¹q_{i−1})/4), at the ends s = q. It is C¹ for uniform times.
     """
-    keys = OrientationKeys.of(times, quaternions)
+    keys = OrientationKeys.of(times, quaternions, scalar_first=scalar_first)
     q = keys.quaternions
     s = q.copy()
     to_next, to_last = log(product(conjugate(q[1:-1]), q[2:])), log(product(conjugate(q[1:-1]), q[:-2]))
@@ -182,7 +186,11 @@ def squad(times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None) 
 
 
 def shoemake_bezier(
-    control_quaternions: ArrayLike, times: ArrayLike = (0.0, 1.0), signs: Signs = "align"
+    control_quaternions: ArrayLike,
+    times: ArrayLike = (0.0, 1.0),
+    signs: Signs = "align",
+    *,
+    scalar_first: bool = True,
 ) -> SegmentCurve:
     """Shoemake's Bézier curve of one or more segments by de Casteljau's algorithm with slerps.
 
@@ -195,17 +203,20 @@ def shoemake_bezier(
         raise InputError(
             f"control quaternions of shape {controls.shape}: ({len(times) - 1}, n + 1, 4) is needed for these times"
         )
-    q = np.stack([aligned(as_quaternions(c, "control quaternion"), signs, "control quaternion") for c in controls])
+    what = "control quaternion"
+    q = np.stack([aligned(as_quaternions(c, what, scalar_first=scalar_first), signs, what) for c in controls])
     return SegmentCurve(times, SlerpBezier(q))
 
 
-def shoemake_interpolant(times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None) -> SegmentCurve:
+def shoemake_interpolant(
+    times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None, *, scalar_first: bool = True
+) -> SegmentCurve:
     """Shoemake's cubic Bézier curves through keyframes, with his inner controls on great circles (SIGGRAPH 1985).
 
     The tangent at a keyframe bisects the double of the way in and the way out; inner controls lie a third
     of the way along it, for the length of each interval. The end segments leave towards their other inner control.
     """
-    keys = OrientationKeys.of(times, quaternions)
+    keys = OrientationKeys.of(times, quaternions, scalar_first=scalar_first)
     times, q = keys.times, keys.quaternions
     inner_out, inner_in = q.copy(), q.copy()
     doubled = 2 * np.sum(q[:-2] * q[1:-1], axis=1, keepdims=True) * q[1:-1] - q[:-2]

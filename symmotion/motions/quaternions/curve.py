@@ -104,13 +104,15 @@ class QuaternionMotion:
         turns: ArrayLike | None = None,
         span: tuple[float, float] = (0.0, 1.0),
         signs: Signs = "align",
+        *,
+        scalar_first: bool = True,
     ) -> "QuaternionMotion":
         """The Bézier quaternion curve of degree n over `span` (KKS (10)).
 
         control_quaternions: (n + 1, 4) or a `Rotation`, n ≥ 1; turns: (n,) whole physical turns
         added to each increment; signs: as in `aligned`.
         """
-        q = as_quaternions(control_quaternions, "control quaternion", least=2)
+        q = as_quaternions(control_quaternions, "control quaternion", least=2, scalar_first=scalar_first)
         return QuaternionMotion.bspline(BSplineBasis.clamped(check_domain(span, "span"), len(q) - 1), q, turns, signs)
 
     @staticmethod
@@ -119,12 +121,14 @@ class QuaternionMotion:
         control_quaternions: "Rotations",
         turns: ArrayLike | None = None,
         signs: Signs = "align",
+        *,
+        scalar_first: bool = True,
     ) -> "QuaternionMotion":
         """The B-spline quaternion curve of any order over any knots (KKS 5.3), with whole extra turns.
 
         turns: (n − 1,) physical turns added to each increment along its own direction; signs: as in `aligned`.
         """
-        q = as_quaternions(control_quaternions, "control quaternion", least=2)
+        q = as_quaternions(control_quaternions, "control quaternion", least=2, scalar_first=scalar_first)
         if len(q) != basis.n:
             raise InputError(
                 f"{len(q)} control quaternions for a basis of degree {basis.degree} with {basis.n} functions: "
@@ -146,6 +150,8 @@ class QuaternionMotion:
         turns: int = 0,
         span: tuple[float, float] = (0.0, 1.0),
         frame: Frame = "body",
+        *,
+        scalar_first: bool = True,
     ) -> "QuaternionMotion":
         """The cubic Hermite quaternion curve from `start` to `end` with given end rates (KKS 5.2).
 
@@ -153,7 +159,7 @@ class QuaternionMotion:
         turns: whole physical turns added to the middle factor along its own direction; the end
         rates stay. ω_1 = ω_a/3, ω_3 = ω_b/3, ω_2 = log(exp(ω_1)⁻¹ q_a⁻¹ q_b exp(ω_3)⁻¹).
         """
-        ends = as_quaternions(np.stack([start, end]), "end quaternion")
+        ends = as_quaternions(np.stack([start, end]), "end quaternion", scalar_first=scalar_first)
         outer = [numbers(r, "end rates") for r in (start_rate, end_rate)]
         if any(r.shape != (3,) or not np.isfinite(r).all() for r in outer):
             raise InputError("end rates: two finite vectors (3,) in rad/s are needed")
@@ -267,12 +273,12 @@ class QuaternionMotion:
     def _rates(self, t: ArrayLike, order: int, frame: Frame) -> np.ndarray:
         return self.jet(t, order, frame)[order]
 
-    def with_control(self, i: int, quaternion: ArrayLike) -> "QuaternionMotion":
+    def with_control(self, i: int, quaternion: ArrayLike, *, scalar_first: bool = True) -> "QuaternionMotion":
         """The same curve with control quaternion i replaced, turned the short way to both its neighbours."""
         if not -self.basis.n <= i < self.basis.n:
             raise InputError(f"control quaternion {i} does not exist: there are {self.basis.n}")
         q, i = self.control_points.copy(), i % self.basis.n
-        q[i] = as_quaternions(np.atleast_2d(quaternion), "control quaternion")[0]
+        q[i] = as_quaternions(np.atleast_2d(quaternion), "control quaternion", scalar_first=scalar_first)[0]
         if self.basis.periodic:
             return QuaternionMotion(self.basis, q)
         increments = self.increments.copy()
