@@ -69,8 +69,9 @@ class Ipopt:
         x0 = start_vector(program, start)
         evaluator, kept = Evaluator(program, self.kernels, self.threads), Kept()
         settings = {**ipopt_settings(self, evaluator, x0, journal), **self.options}
-        answer = _solved(evaluator, settings, x0, journal, kept)
-        return concluded(self, program, "ipopt", answer, journal, evaluator, kept)
+        with kept.guard():
+            answer = _solved(evaluator, settings, x0, journal, kept)
+        return concluded(self, program, "ipopt", answer, journal, evaluator)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +143,7 @@ def _solved(
     program = evaluator.program
     evaluator.prepare("value", "gradient", "hessian")
     functions = oracles(evaluator, kept)
-    watch = watcher(program.unknowns, program.conditions, journal, kept)
+    watch = Watcher(program.unknowns, program.conditions, journal, kept) if journal.watched else None
     options = {
         **{f"ipopt.{name}": value for name, value in settings.items()},
         **{name: f for name, f in functions.items() if name != "nlp"},
@@ -157,11 +158,6 @@ def _solved(
         result = solver(x0=x0, lbg=program.lower, ubg=program.upper)
     x, multipliers = np.asarray(result["x"]).ravel(), np.asarray(result["lam_g"]).ravel()
     return IpoptAnswer(x, multipliers, solver.stats(), evaluator.seconds)
-
-
-def watcher(unknowns: int, conditions: int, journal: Journal, kept: Kept) -> Watcher | None:
-    """What tells the journal's callback of IPOPT's iterations; None where there is no callback."""
-    return Watcher(unknowns, conditions, journal, kept) if journal.watched else None
 
 
 @contextmanager
@@ -185,16 +181,12 @@ def concluded(
     answer: IpoptAnswer,
     journal: Journal,
     evaluator: Evaluator,
-    kept: Kept,
 ) -> Solution[DesignT]:
-    """The Solution that IPOPT's answer is. Raises what was raised in callbacks, and KeyboardInterrupt after Ctrl-C."""
-    kept.raise_again()
+    """The Solution that IPOPT's answer is."""
     elapsed, said = journal.elapsed, str(answer.stats.get("return_status", "no status"))
     failure = None if said == "Solve_Succeeded" else (ENDINGS.get(said, Status.FAILED), said)
     if said == "User_Requested_Stop":
-        failure = journal.ending()
-        if failure is None:
-            raise KeyboardInterrupt  # which CasADi has noticed itself
+        failure = journal.ending() or failure
     total = float(answer.stats.get("t_wall_total", elapsed))
     # Opti derives its functions at the first solve: what is not IPOPT's own time is compilation.
     spent = Seconds(program.build_seconds, elapsed - total, total, answer.evaluate, total - answer.evaluate)

@@ -1,6 +1,10 @@
 """An Evaluator's functions as CasADi's solvers call them, and what is raised in them, which CasADi would swallow."""
 
-from collections.abc import Callable, Sequence
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from threading import current_thread, main_thread
+from types import FrameType
 from typing import Any, TypeAlias
 
 import casadi as ca
@@ -22,10 +26,32 @@ class Kept:
     def __init__(self):
         self.error: BaseException | None = None
 
-    def raise_again(self) -> None:
-        """Raise what was kept, if anything was."""
-        if self.error is not None:
-            raise self.error
+    @contextmanager
+    def guard(self) -> Iterator[None]:
+        """A time during which handlers of signals raise nothing: what they raise is kept, and raised at the end.
+
+        The interpreter runs them wherever it is, also where CasADi is about to call and would take what they raise
+        for a failure of its own.
+        """
+        # Handlers run in the main thread only, and only there can they be set.
+        alone = current_thread() is main_thread()
+        handlers = {s: h for s in signal.valid_signals() if callable(h := signal.getsignal(s))} if alone else {}
+
+        def handle(number: int, frame: FrameType | None) -> None:
+            try:
+                handlers[signal.Signals(number)](number, frame)
+            except BaseException as error:
+                self.error = self.error or error
+
+        try:
+            for number in handlers:
+                signal.signal(number, handle)
+            yield
+        finally:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
+            if self.error is not None:
+                raise self.error
 
 
 class NumericFunction(ca.Callback):

@@ -14,12 +14,11 @@ from symmotion.solvers.ipopt import (
     IpoptOption,
     concluded,
     ipopt_settings,
-    watcher,
     watching,
 )
 from symmotion.solvers.journal import Callback, Journal
 from symmotion.solvers.options import require_limits
-from symmotion.solvers.oracle import Kept
+from symmotion.solvers.oracle import Kept, Watcher
 from symmotion.solvers.solution import Solution
 from symmotion.solvers.solver import start_vector
 
@@ -45,11 +44,11 @@ class PlainIpopt:
         x0 = start_vector(program, start)
         evaluator, kept = Evaluator(program), Kept()
         settings = ipopt_settings(self, evaluator, x0, journal)
-        with SYMBOLIC:
+        with SYMBOLIC, kept.guard():
             problem = _Problem(program)
             answer = problem.solve(x0, settings, journal, kept)
             del problem  # while it is alone: it lets go of functions that others use
-        return concluded(self, program, "ipopt-plain", answer, journal, evaluator, kept)
+        return concluded(self, program, "ipopt-plain", answer, journal, evaluator)
 
 
 class _Problem:
@@ -91,8 +90,9 @@ class _Problem:
     def solve(self, x0: np.ndarray, settings: dict[str, IpoptOption], journal: Journal, kept: Kept) -> IpoptAnswer:
         """IPOPT's answer from a start."""
         opti, program = self._opti, self._program
-        watch = watcher(program.unknowns, program.conditions, journal, kept)
-        options = {**CASADI, "expand": True} | ({} if watch is None else {"iteration_callback": watch})
+        # Also where nobody watches: nothing else of ours is called that could end the solve after Ctrl-C.
+        watch = Watcher(program.unknowns, program.conditions, journal, kept)
+        options = {**CASADI, "expand": True, "iteration_callback": watch}
         opti.solver("ipopt", options, settings)
         for name, value in program.unpack(x0).items():
             opti.set_initial(self._controls[name], value.T)
