@@ -1,7 +1,7 @@
 """An Evaluator's functions as CasADi's solvers call them, and what is raised in them, which CasADi would swallow."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -13,7 +13,7 @@ from symmotion.solvers.solution import Iteration
 from symmotion.systems import HessianTriangle
 
 # The arrays of a function's inputs to those of its outputs.
-Compute: TypeAlias = Callable[..., tuple[Any, ...]]
+Compute: TypeAlias = Callable[..., tuple[np.ndarray, ...]]
 
 
 class Kept:
