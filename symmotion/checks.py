@@ -3,13 +3,16 @@
 import os
 from collections.abc import Iterable
 from numbers import Real
-from typing import Any
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 
 from symmotion.errors import InputError
 
+Kind = TypeVar("Kind")
 
+
+# Any: it is tried whether it can be compared with a whole number.
 def whole(value: Any, least: int, what: str, of: str = "") -> int:
     """The value as an int; InputError unless it is a whole number of at least `least`. of: " of knots", say."""
     try:
@@ -21,21 +24,21 @@ def whole(value: Any, least: int, what: str, of: str = "") -> int:
     return int(value)
 
 
-def positive(value: Any, what: str) -> float:
+def positive(value: object, what: str) -> float:
     """The value as a float; InputError unless it is a positive finite number."""
     if not (_is_number(value) and np.isfinite(value) and value > 0):
         raise InputError(f"{what} {value!r}: a positive number is needed")
     return float(value)
 
 
-def not_negative(value: Any, what: str) -> float:
+def not_negative(value: object, what: str) -> float:
     """The value as a float; InputError unless it is a finite number, 0 or more."""
     if not (_is_number(value) and np.isfinite(value) and value >= 0):
         raise InputError(f"{what} {value!r}: a finite number, 0 or more, is needed")
     return float(value)
 
 
-def choice(value: Any, known: Iterable[Any], what: str) -> Any:
+def choice(value: Kind, known: Iterable[object], what: str) -> Kind:
     """The value; InputError that lists what there is unless it is one of them."""
     known = tuple(known)
     if value not in known:
@@ -43,14 +46,14 @@ def choice(value: Any, known: Iterable[Any], what: str) -> Any:
     return value
 
 
-def file_path(value: Any, what: str = "path") -> str | os.PathLike[str]:
+def file_path(value: object, what: str = "path") -> str | os.PathLike[str]:
     """The value; InputError unless it is a path: text or a path object, no bytes and no open file."""
     if not isinstance(value, str | os.PathLike) or isinstance(os.fspath(value), bytes):
         raise InputError(f"{what} of type {type(value).__name__}: a str or a pathlib.Path is needed")
     return value
 
 
-def array(value: Any, shape: tuple[int | str, ...], what: str, *, finite: bool = True) -> np.ndarray:
+def array(value: object, shape: tuple[int | str, ...], what: str, *, finite: bool = True) -> np.ndarray:
     """A copy of the value as an array of floats; InputError unless it has the shape, its numbers real and finite.
 
     shape: of sizes, a letter where any will do (the same letter twice: the same size): ("M", 3).
@@ -67,7 +70,7 @@ def array(value: Any, shape: tuple[int | str, ...], what: str, *, finite: bool =
     return given
 
 
-def numbers(value: Any, what: str) -> np.ndarray:
+def numbers(value: object, what: str) -> np.ndarray:
     """A copy of the value as an array of floats; InputError where it is masked, complex, or no array of numbers."""
     if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
         raise InputError(f"{what}: entries are masked; leave them out or fill them in")
@@ -82,7 +85,7 @@ def numbers(value: Any, what: str) -> np.ndarray:
         raise InputError(f"{what}: a {type(value).__name__} is no array of numbers") from None
 
 
-def times(value: Any, what: str = "times", least: int = 1) -> np.ndarray:
+def times(value: object, what: str = "times", least: int = 1) -> np.ndarray:
     """A copy of times (M,), M ≥ least; InputError unless they are finite and increasing."""
     given = np.atleast_1d(numbers(value, what))
     if given.ndim != 1 or len(given) < least:
@@ -109,5 +112,5 @@ def shown(shape: tuple[int | str, ...]) -> str:
     return f"({', '.join(map(str, shape))}{',' * (len(shape) == 1)})"
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, Real) and not isinstance(value, bool | np.bool_)

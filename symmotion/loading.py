@@ -4,7 +4,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -92,7 +92,7 @@ def load(path: str | os.PathLike[str]) -> Saved:
     return made
 
 
-def _document(path: str | os.PathLike[str]) -> dict[str, Any]:  # Any: JSON
+def _document(path: str | os.PathLike[str]) -> dict[str, object]:
     """The JSON object in a file."""
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8-sig"))
@@ -109,7 +109,7 @@ def _document(path: str | os.PathLike[str]) -> dict[str, Any]:  # Any: JSON
     return document
 
 
-def _older(path: object, mark: Mapping[str, object], entries: dict[str, Any]) -> dict[str, Any]:  # Any: JSON
+def _older(path: object, mark: Mapping[str, object], entries: dict[str, object]) -> dict[str, object]:
     """The entries of a file of `write_motion` or `write_two_parameter`, as `save` lays them out."""
     kind, version = mark["symmotion"], mark["version"]
     if kind == "affine-motion" and version == 1:

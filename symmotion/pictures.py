@@ -3,7 +3,7 @@
 Each function becomes a method of classes that lie below the pictures. Who only computes never imports Matplotlib.
 """
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from numpy.typing import ArrayLike
 
@@ -103,7 +103,7 @@ def plot_fairing(
     return plot_fairing(self, axes, kind=kind)
 
 
-def as_html(self: Any) -> str:  # Any: whatever there is to show
+def as_html(self: object) -> str:
     """Facts and a picture, for notebooks."""
     from symmotion.views.notebook import html_of
 

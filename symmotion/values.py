@@ -59,6 +59,7 @@ def content(a: object) -> Hashable:
     return type(a).__qualname__
 
 
+# Any: a dataclass, for which typing has no name.
 def _contents(self: Any) -> tuple[object, ...]:
     return tuple(getattr(self, f.name) for f in fields(self))
 
@@ -73,7 +74,7 @@ def _hash(self: object) -> int:
     return hash((type(self).__qualname__, content(_contents(self))))
 
 
-def _state(self: Any) -> dict[str, object]:
+def _state(self: Any) -> dict[str, object]:  # Any: as above
     return {f.name: getattr(self, f.name) for f in fields(self)}
 
 

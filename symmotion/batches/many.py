@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import TypeAlias
 
 from symmotion.batches.fingerprint import fingerprint
 from symmotion.batches.kin import Kin
@@ -21,6 +21,8 @@ from symmotion.solvers.solution import Solution
 from symmotion.solvers.solver import Solver, require_solver
 
 NEWTON = ExactNewton()
+# A program, alone or beside its start.
+Asked: TypeAlias = Program | tuple[Program, object]
 # Answers that may wait for an earlier one before no more programs are taken.
 WAITING = 4096
 
@@ -40,7 +42,7 @@ class Tally:
 
 
 def solve_many(
-    programs: Iterable[Any],
+    programs: Iterable[Asked],
     solver: Solver = NEWTON,
     executor: Executor | int | None = None,
     *,
@@ -76,7 +78,7 @@ def solve_many(
 
 
 def solve_each(
-    programs: Iterable[Any],
+    programs: Iterable[Asked],
     solver: Solver = NEWTON,
     executor: Executor | int | None = None,
     *,
@@ -105,7 +107,7 @@ def solve_each(
 
 
 def _solve(
-    programs: Iterable[Any],
+    programs: Iterable[Asked],
     solver: Solver,
     executor: Executor | int | None,
     results: str | Path | None,
@@ -152,7 +154,7 @@ class _Batch:
         self._names: dict[int, str] = {}
         self.answers: dict[int, Solution | Failed] = {}
 
-    def jobs(self, programs: Iterable[Any]) -> Iterator[Job]:
+    def jobs(self, programs: Iterable[Asked]) -> Iterator[Job]:
         """The programs as jobs; those that the file knows, or that cannot be, are answered at once."""
         for index, given in enumerate(programs):
             program, start = given if isinstance(given, tuple) and len(given) == 2 else (given, None)

@@ -6,7 +6,7 @@ from base64 import b64decode, b64encode
 from binascii import crc32
 from dataclasses import asdict, astuple
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from symmotion.errors import InputError
 from symmotion.program import Program
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.systems import Certificate
+
+Parsed: TypeAlias = Any  # of JSON
 
 HEADER = b'{"symmotion results": 1}\n'
 # Every line is JSON: the record, and before it, at fixed places, the checksum of its bytes.
@@ -136,7 +138,7 @@ def _name(line: bytes) -> str | None:
     return json.loads(record)["program"]
 
 
-def _record(name: str, solution: Solution) -> dict[str, Any]:
+def _record(name: str, solution: Solution) -> dict[str, object]:
     return {
         "program": name,
         "solver": solution.solver,
@@ -152,7 +154,7 @@ def _record(name: str, solution: Solution) -> dict[str, Any]:
     }
 
 
-def _solution(record: dict[str, Any], program: Program) -> Solution:
+def _solution(record: dict[str, Parsed], program: Program) -> Solution:
     return Solution(
         program,
         record["solver"],
@@ -168,12 +170,12 @@ def _solution(record: dict[str, Any], program: Program) -> Solution:
     )
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     """A number that JSON has: those that are not finite as text."""
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _number(value: Any) -> Any:
+def _number(value: Parsed) -> Parsed:
     """What `_plain` was given."""
     return float(value) if value in ("nan", "inf", "-inf") else value
 

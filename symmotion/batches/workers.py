@@ -8,7 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from dataclasses import dataclass, replace
 from threading import Thread
 from time import perf_counter
-from typing import Any
+from typing import TypeAlias
 
 from symmotion.batches.kin import Kin
 from symmotion.errors import InputError
@@ -37,13 +37,17 @@ class Failed:
         return f"Failed(program {self.index}: {self.error}: {self.message})"
 
 
+# What a task is answered with: of each of its jobs, and the seconds that took.
+Answers: TypeAlias = tuple[list[Solution | Failed], float]
+
+
 @dataclass(frozen=True, eq=False)
 class Job:
     """A program of a batch, its place there, and its start."""
 
     index: int
     program: Program
-    start: Any = None
+    start: object = None
 
 
 def answer(solver: Solver, job: Job, kin: Kin) -> Solution | Failed:
@@ -59,18 +63,18 @@ def answer(solver: Solver, job: Job, kin: Kin) -> Solution | Failed:
         return Failed.of(job.index, error)
 
 
-def _answer_all(solver: Solver, jobs: Sequence[Job]) -> tuple[list[Solution | Failed], float]:
+def _answer_all(solver: Solver, jobs: Sequence[Job]) -> Answers:
     """The answers to several jobs, without their programs, and the seconds that took."""
     began, kin = perf_counter(), Kin()
     answers = [_with_program(answer(solver, job, kin), None) for job in jobs]
     return answers, perf_counter() - began
 
 
-def _answer_pickled(pickled: bytes) -> tuple[list[Solution | Failed], float]:
+def _answer_pickled(pickled: bytes) -> Answers:
     return _answer_all(*pickle.loads(pickled))
 
 
-def _with_program(answered: Solution | Failed, program: Any) -> Solution | Failed:
+def _with_program(answered: Solution | Failed, program: Program | None) -> Solution | Failed:
     return replace(answered, program=program) if isinstance(answered, Solution) else answered
 
 
@@ -115,10 +119,10 @@ class Crew:
         self._solver, self._chunk, self._ahead = solver, chunk, ahead
         self._size = 1 if chunk is None else chunk
         self._count = executor if isinstance(executor, int) else available_processors()
-        self._own = own_processes(executor) if isinstance(executor, int) else None
-        self._executor: Any = executor if self._own is None else self._own
+        self._executor: Executor = own_processes(executor) if isinstance(executor, int) else executor
+        self._own = self._executor if isinstance(executor, int) else None
         self._gathered: list[Job] = []
-        self._tasks: dict[Future[Any], list[Job]] = {}
+        self._tasks: dict[Future[Answers], list[Job]] = {}
         self._refused: list[tuple[Job, Solution | Failed]] = []
         self._suspects: deque[Job] = deque()
 
@@ -165,7 +169,7 @@ class Crew:
         while self._refused:
             yield self._refused.pop()
 
-    def _answers(self, task: Future[Any]) -> Iterator[tuple[Job, Solution | Failed]]:
+    def _answers(self, task: Future[Answers]) -> Iterator[tuple[Job, Solution | Failed]]:
         jobs = self._tasks.pop(task)
         try:
             answers, seconds = task.result()

@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from symmotion.commands.parsing import format_options, say
 from symmotion.errors import InputError
@@ -10,7 +9,7 @@ from symmotion.files.formats import Format, row_of
 from symmotion.whole import require_place
 
 
-def check_outputs(options: argparse.Namespace, formats: Sequence[Format]) -> dict[str, Any]:
+def check_outputs(options: argparse.Namespace, formats: Sequence[Format]) -> dict[str, object]:
     """Raise InputError for files that cannot be written, here and not after the work; returns the formats' options.
 
     options: with `output`, the files, and `file`, the one that is read, which stays. formats: those to choose from.
@@ -27,7 +26,9 @@ def check_outputs(options: argparse.Namespace, formats: Sequence[Format]) -> dic
 
 
 # What is written, and what of the options, the row knows.
-def write_outputs(value: Any, options: argparse.Namespace, formats: Sequence[Format], given: Mapping[str, Any]) -> None:
+def write_outputs(
+    value: object, options: argparse.Namespace, formats: Sequence[Format], given: Mapping[str, object]
+) -> None:
     """Write a value into all files, each with those of the options that its format takes, and say so."""
     for path in options.output:
         row = row_of(path, formats)
@@ -36,5 +37,5 @@ def write_outputs(value: Any, options: argparse.Namespace, formats: Sequence[For
         say(options, f"wrote {path if said is None else said}")
 
 
-def _taken(row: Format, given: Mapping[str, Any]) -> dict[str, Any]:
+def _taken(row: Format, given: Mapping[str, object]) -> dict[str, object]:
     return {option.name: given[option.name] for option in row.writing if option.name in given}

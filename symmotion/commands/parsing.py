@@ -19,7 +19,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}\n")
 
 
-# What argparse returns where commands are added; it has no public name.
+# Any: what argparse returns where commands are added, which has no public name.
 Commands = Any
 Run = Callable[[argparse.Namespace], None]
 
@@ -119,12 +119,12 @@ def add_format_options(
 
 def format_options(
     options: argparse.Namespace, formats: Sequence[Format], way: Way, used: Sequence[Format]
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """The values of those that `add_format_options` added and that were given, checked.
 
     Raises InputError for one that none of the formats used takes, and for a value that its option cannot have.
     """
-    given: dict[str, Any] = {}
+    given: dict[str, object] = {}
     for name, known in spoken(formats, way).items():
         value = getattr(options, f"{way}_{name}", None)
         if value is None or value is False:

@@ -1,7 +1,7 @@
 """Constraints along a motion: volumes, speeds, rates, accelerations, torques; each a few lines on `JetConstraint`."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,6 +12,7 @@ from symmotion.constraints.constraint import DENSITY, JetConstraint, MotionConst
 from symmotion.constraints.keyframed import dimension
 from symmotion.energies import as_inertia
 from symmotion.errors import InputError
+from symmotion.jets import BodyJet, RigidJet
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ class SpeedBound(MotionConstraint):
             raise InputError(f"{self.name}: limit {self.limit!r}: must be positive")
         points = checks.array(np.atleast_2d(self.points), ("P", dimension(setting)), f"{self.name}: body points")
 
-        def squares(jet: Any) -> ca.SX:  # of any body's jet
+        def squares(jet: BodyJet) -> ca.SX:
             return ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in points))
 
         times = np.union1d(setting.between_keyframes(self.density, self.name), setting.times)
@@ -110,7 +111,12 @@ class TorqueBound(MotionConstraint):
         return _norm_bound(self, setting, lambda jet: jet.torque(moments), "torque")
 
 
-def _norm_bound(bound: Any, setting: Setting, vector: Any, what: str) -> JetConstraint:
+def _norm_bound(
+    bound: RateBound | AccelerationBound | TorqueBound,
+    setting: Setting,
+    vector: Callable[[RigidJet], ca.SX],
+    what: str,
+) -> JetConstraint:
     """‖vector(jet)‖² / limit² ≤ 1 of one of the bounds above: of the order of one, whatever the unit."""
     limit = checks.positive(bound.limit, f"bound on the {what}:")
     times = setting.inside_spans(bound.density, bound.name)

@@ -209,7 +209,7 @@ class JetConstraint(MotionConstraint):
         out = self._expression([space.jet(k) for k in range(self.slots)], *self._symbols())
         return [space.orders(out, k)[0] for k in range(self.slots)]
 
-    def _handed(self, data: Sequence[ca.SX], numbers: Sequence[ca.SX]) -> list[Any]:
+    def _handed(self, data: Sequence[ca.SX], numbers: Sequence[ca.SX]) -> list[object]:
         """What the function is handed behind the jets: the data, then the parameters by name."""
         if isinstance(self.function, Written):
             return [*data, *numbers]
@@ -309,6 +309,7 @@ def _shown_shape(out: ca.SX) -> tuple[int, ...]:
     return out.shape if out.shape[1] > 1 else out.shape[:1] if out.numel() > 1 else ()
 
 
+# Any: the other fields.
 def _restored(function: Written, rest: dict[str, Any]) -> JetConstraint:
     return JetConstraint(function, **rest)
 

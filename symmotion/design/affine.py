@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -20,7 +19,7 @@ from symmotion.jets.linear import JetKernel, LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
-from symmotion.program import Block, BlockEvaluator, Constraint, Program
+from symmotion.program import Block, BlockEvaluator, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
@@ -192,7 +191,7 @@ class AffineDesign:
         require_start(motion, AffineMotion, self.keyframes.dimension)
         return {UNKNOWN: self._unknowns(represent(self.basis, motion.spline, self.keyframes.times))}
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint, the keyframes' in the keyframes' shape.
 
         ∂f*/∂A*_i = −linear[i] and ∂f*/∂v*_i = −translation[i], which is zero where the

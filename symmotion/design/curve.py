@@ -4,13 +4,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
+from symmotion.curves import Curve
 from symmotion.design.affine import represent
 from symmotion.design.question import as_constraints, assembled, require_rates
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
@@ -19,7 +19,7 @@ from symmotion.errors import InputError
 from symmotion.jets.linear import LinearSpace, curve_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.motions import Keyframes
-from symmotion.program import Constraint, Program
+from symmotion.program import Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline
@@ -326,7 +326,7 @@ class CurveDesign:
         """The curve of the program's unknowns."""
         return Spline(self.basis, unknowns[UNKNOWN].reshape(-1, *self.shape).copy())
 
-    def unknowns(self, motion: Any) -> dict[str, np.ndarray]:
+    def unknowns(self, motion: Curve) -> dict[str, np.ndarray]:
         """The unknowns that represent a curve, exactly where the space holds it."""
         if not hasattr(motion, "to_bspline"):
             raise InputError(f"start {motion!r:.80}: a curve, a solution or numbers are needed")
@@ -351,7 +351,7 @@ class CurveDesign:
         fresh = replace(self, conditions=(moved, *self.conditions[1:])).program()
         return replace(fresh, structure=program.structure, build_seconds=perf_counter() - began)
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by condition, (N, …) in the shape of the curve's values, (N,) for a norm.
 
         ∂f*/∂target_i = −λ_i; at a bound ∂f*/∂bound_i = −λ_i too, of a norm per unit of its square.

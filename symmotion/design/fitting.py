@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -22,7 +21,7 @@ from symmotion.jets import Jet
 from symmotion.jets.linear import LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
-from symmotion.program import Block, Program
+from symmotion.program import Block, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline
@@ -191,7 +190,7 @@ class FitDesign:
         used = np.union1d(self.followed, self.exact)
         return {UNKNOWN: _least_squares(self.basis, seen, used, np.ones(len(times))).control_points}
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint; the exact samples' as `.linear` (K, d, d) and `.translation` (K, d).
 
         ∂f*/∂A*_i = −linear[k] and ∂f*/∂v*_i = −translation[k] for the k-th exact sample i.

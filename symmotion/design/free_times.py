@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -31,7 +30,7 @@ from symmotion.jets.linear import affine_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
-from symmotion.program import Block, Constraint, Program
+from symmotion.program import Block, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
@@ -240,7 +239,7 @@ class FreeTimesDesign:
         widths = np.append(np.diff(motion.basis.breakpoints) / self.unit, np.zeros(self.degree))
         return {UNKNOWN: np.column_stack([motion.spline.control_points[:, : self.channels], widths])}
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint: the keyframes' in their shape, those of times per unit of time."""
         return {
             **by_keyframe(multipliers, self._given, self.keyframes),

@@ -11,7 +11,7 @@ from symmotion.constraints import JetConstraint, MotionConstraint, Setting
 from symmotion.design.question import as_constraints, assembled
 from symmotion.errors import InputError
 from symmotion.jets.space import JetSpace, Places
-from symmotion.program import Block, Constraint, Program
+from symmotion.program import Block, Constraint, Multipliers, Program
 
 
 @runtime_checkable
@@ -22,7 +22,7 @@ class Spaced(Protocol):
     def setting(self) -> Setting: ...
 
 
-def join(programs: Mapping[str, Program[Any]], constraints: Sequence[MotionConstraint] = ()) -> "Program[JoinedDesign]":
+def join(programs: Mapping[str, Program], constraints: Sequence[MotionConstraint] = ()) -> "Program[JoinedDesign]":
     """Several bodies in one program: the sum of the objectives, all the conditions, and constraints that couple them.
 
     programs: by name of the body, two or more, of any kind. constraints: `JetConstraint`s whose function takes a jet
@@ -50,7 +50,7 @@ def join(programs: Mapping[str, Program[Any]], constraints: Sequence[MotionConst
 class JoinedDesign:
     """The question of several bodies: the program of each, and what couples them."""
 
-    programs: dict[str, Program[Any]]
+    programs: dict[str, Program]
     constraints: tuple[MotionConstraint, ...]
 
     def program(self) -> "Program[JoinedDesign]":
@@ -65,20 +65,21 @@ class JoinedDesign:
         common = Setting(spaces, np.empty(0), moves=all(s.moves for s in settings), places=places)
         return assembled(start, terms, given, self.constraints, common, self)
 
+    # Any: the bodies' kinds differ.
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """The motions by body."""
         return {
             body: p.design.motion({k: unknowns[_of(body, k)] for k in p.start}) for body, p in self.programs.items()
         }
 
-    def unknowns(self, motion: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    def unknowns(self, motion: Mapping[str, object]) -> dict[str, np.ndarray]:
         """The unknowns of motions by body."""
         if not isinstance(motion, Mapping) or set(motion) != set(self.programs):
             raise InputError(f"a start for several bodies: motions by name, {', '.join(self.programs)}, are needed")
         found = {body: p.design.unknowns(motion[body]) for body, p in self.programs.items()}
         return {_of(body, k): v for body, values in found.items() for k, v in values.items()}
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint, those of a body behind its name, as its own program shows them."""
         rest, shown = dict(multipliers), {}
         for body, p in self.programs.items():
@@ -86,7 +87,9 @@ class JoinedDesign:
             shown |= {_of(body, k): v for k, v in p.design.multipliers(own).items()}
         return {**shown, **rest}
 
-    def with_keyframes(self, program: "Program[JoinedDesign]", keyframes: Mapping[str, Any]) -> "Program[JoinedDesign]":
+    def with_keyframes(
+        self, program: "Program[JoinedDesign]", keyframes: Mapping[str, object]
+    ) -> "Program[JoinedDesign]":
         """The program for other keyframes of some bodies, by name."""
         if not isinstance(keyframes, Mapping) or not set(keyframes) <= set(self.programs):
             raise InputError(f"keyframes by body are needed; there are {', '.join(self.programs)}")

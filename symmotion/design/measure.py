@@ -11,7 +11,7 @@ from symmotion.design.terms import MOST_NODES, QUADRATURE, kernel_of, nodes_for
 from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.jets.affine import HIGHEST_ORDER, affine_jet
-from symmotion.jets.linear import affine_space, curve_space
+from symmotion.jets.linear import LinearSpace, affine_space, curve_space
 from symmotion.jets.rigid import rigid_jet
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.quaternions import QuaternionMotion
@@ -29,6 +29,7 @@ class SplineLike(Protocol):
     def to_bspline(self) -> Spline: ...
 
 
+# Any: a motion or curve of the user's own, which is asked for what it has.
 def measure(motion: Any, energy: Energy, *, times: ArrayLike | None = None) -> float:
     """The value of an energy for a motion or curve of any kind, to about ten digits where it is no polynomial.
 
@@ -61,8 +62,7 @@ def measure(motion: Any, energy: Energy, *, times: ArrayLike | None = None) -> f
     raise InputError(f"motion: a {type(motion).__name__} is no motion or curve; measure(motion, energy)")
 
 
-def _spline_value(energy: Energy, space: Any, controls: np.ndarray) -> float:
-    """Over a `LinearSpace`."""
+def _spline_value(energy: Energy, space: LinearSpace, controls: np.ndarray) -> float:
     total = 0.0
     for weight, part in energy.parts:
         nodes = nodes_for(part, 1.0, space, controls)
@@ -97,6 +97,7 @@ def _rigid_value(energy: Energy, motion: QuaternionMotion | PoseMotion) -> float
     return here
 
 
+# Any: as for `measure`.
 def _sampled_value(energy: Energy, motion: Any, times: np.ndarray) -> float:
     """Composite Gauss quadrature: equal panels between neighbours of `times`, of a motion called with (t, order)."""
     points, weights = np.polynomial.legendre.leggauss(NODES)

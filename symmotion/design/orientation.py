@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -18,15 +19,19 @@ from symmotion.design.question import as_constraints, assembled, require_start
 from symmotion.design.terms import as_objective, expression_of, parts_of
 from symmotion.energies import Energy, JetEnergy, Torque
 from symmotion.errors import InputError
-from symmotion.jets import rotation
+from symmotion.jets import RigidJet, rotation
 from symmotion.jets.space import UNKNOWN, block_of
+from symmotion.motions import Keyframes
 from symmotion.motions.quaternions import OrientationKeys, QuaternionMotion
 from symmotion.motions.quaternions.algebra import Signs, conjugate, to_rotation
 from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
-from symmotion.program import Block, Constraint, Program
+from symmotion.program import Block, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis
+
+if TYPE_CHECKING:
+    from symmotion.motions.rotations import Rotations
 
 TORQUE = Torque()
 RIGID_NODES = 6  # Gauss nodes per span of terms that do not say how many they need
@@ -44,8 +49,8 @@ RENAMED = {
 
 @renamed(**RENAMED)
 def orientation_program(
-    keys: Any,
-    quaternions: Any = None,
+    keys: ArrayLike | Keyframes,
+    quaternions: "Rotations | None" = None,
     *,
     objective: Energy | None = None,
     constraints: Sequence[MotionConstraint] = (),
@@ -183,14 +188,16 @@ class OrientationDesign:
             return {UNKNOWN: motion.control_points.copy()}
         return {UNKNOWN: carried(motion, basis)[0].control_points.copy()}
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint; those of "keyframes" (M, 3), zero where a keyframe has a tolerance."""
         shaped = np.zeros((len(self.keys), 3))
         if "keyframes" in multipliers:
             shaped[self.held] = multipliers["keyframes"]
         return {**multipliers, "keyframes": shaped}
 
-    def with_keyframes(self, program: "Program[OrientationDesign]", keyframes: Any) -> "Program[OrientationDesign]":
+    def with_keyframes(
+        self, program: "Program[OrientationDesign]", keyframes: "Rotations"
+    ) -> "Program[OrientationDesign]":
         """The program for other quaternions (M, 4) at the same times, each way between them on the branch it had."""
         began = perf_counter()
         design, same = self.turned(keyframes)
@@ -199,7 +206,7 @@ class OrientationDesign:
         structure = program.structure if same else fresh.structure
         return replace(fresh, structure=structure, build_seconds=perf_counter() - began)
 
-    def turned(self, quaternions: Any) -> tuple["OrientationDesign", bool]:
+    def turned(self, quaternions: "Rotations") -> tuple["OrientationDesign", bool]:
         """The question for other quaternions, and whether all logarithms take the branches they took."""
         keys = self.keys.turned(quaternions)
         interpolant = interpolate_keys(keys, self.ends, self.end_rates)
@@ -226,7 +233,7 @@ def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy) ->
     stated = isinstance(energy, Torque) or (isinstance(energy, JetEnergy) and energy.exact)
     nodes = energy.nodes(space.basis.degree) if stated else RIGID_NODES
 
-    def expression(jet: Any) -> Any:  # CasADi expressions, as the energy takes them
+    def expression(jet: RigidJet) -> ca.SX:
         return expression_of(energy, weight, jet)[0]
 
     return space.integral(name, expression, squares, nodes, weight, whole=isinstance(energy, Torque))

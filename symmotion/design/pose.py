@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -21,18 +21,21 @@ from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Keyframes, PoseMotion
 from symmotion.motions.quaternions import OrientationKeys
 from symmotion.motions.quaternions.algebra import Signs, from_rotation
-from symmotion.program import Constraint, Program
+from symmotion.program import Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import Spline, closest, cubic_interpolant
+
+if TYPE_CHECKING:
+    from symmotion.motions.rotations import Rotations
 
 ORIGIN = TrajectoryEnergy(np.zeros((1, 3)))
 
 
 @renamed(**RENAMED)
 def pose_program(
-    keys: Any,
-    quaternions: Any = None,
+    keys: ArrayLike | Keyframes,
+    quaternions: "Rotations | None" = None,
     translation: ArrayLike | None = None,
     *,
     objective: Energy | None = None,
@@ -57,20 +60,20 @@ def pose_program(
         translation. The rest is as in `orientation_program`; `end_rates` are those of the turn.
     """
     began = perf_counter()
-    given, asked = keys, as_constraints(constraints)
-    keys = OrientationKeys.of(given, quaternions, turns, signs)
-    if isinstance(given, Keyframes) and translation is None:
-        translation = given.translation
+    asked = as_constraints(constraints)
+    given = OrientationKeys.of(keys, quaternions, turns, signs)
+    if isinstance(keys, Keyframes) and translation is None:
+        translation = keys.translation
     points = np.array(translation, dtype=float)
-    if points.shape != (len(keys), 3) or not np.isfinite(points).all():
-        raise InputError(f"translation of shape {points.shape}: finite, ({len(keys)}, 3) is needed")
+    if points.shape != (len(given), 3) or not np.isfinite(points).all():
+        raise InputError(f"translation of shape {points.shape}: finite, ({len(given)}, 3) is needed")
     energy = as_objective(objective, TORQUE + ORIGIN)
-    turning = OrientationDesign.of(keys, energy, asked, degree, refine, knots, ends, end_rates, channels=7)
+    turning = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates, channels=7)
     symbols = turning.space.symbols()
     whole = ca.vertcat(*(ca.vec(expression_of(e, w, symbols)[0]) for _, w, e in parts_of(energy)))
     if not ca.depends_on(whole, ca.vertcat(*symbols.translation)):
         raise InputError(f"the objective {energy.name} does not see the translation: add a TrajectoryEnergy")
-    start = _refined(_path(keys, points, ends), turning, keys)
+    start = _refined(_path(given, points, ends), turning, given)
     program = PoseDesign(turning, points, start).program()
     return replace(program, build_seconds=perf_counter() - began)
 
@@ -140,7 +143,7 @@ class PoseDesign:
         turning = self.turning.unknowns(motion.orientation)[UNKNOWN]
         return {UNKNOWN: np.concatenate([turning, motion.translation.control_points], axis=1)}
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint: "keyframes" (M, 3) of the turns, "translation" (M, 3) of the places."""
         placed = np.zeros_like(self.translation)
         if "translation" in multipliers:

@@ -1,7 +1,6 @@
 """What the questions have in common: constraints at the door, built into programs, and found to be independent."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from symmotion.design.independence import require_independent
 from symmotion.design.terms import distinct
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
-from symmotion.program import Block, Constraint, DesignT, Program
+from symmotion.program import Block, Constraint, DesignT, Multipliers, Program
 
 
 def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
@@ -80,7 +79,7 @@ def keyframe_groups(constraints: Sequence[MotionConstraint], setting: Setting, c
     return [(name, np.array(sorted(which)), part) for name, which, part in groups if which]
 
 
-def by_keyframe(multipliers: Mapping[str, np.ndarray], groups: Groups, keyframes: Keyframes) -> dict[str, Any]:
+def by_keyframe(multipliers: Mapping[str, np.ndarray], groups: Groups, keyframes: Keyframes) -> Multipliers:
     """Multipliers by constraint, those of the groups as one "keyframes" in the keyframes' shape; arrays or `Affine`."""
     m, d = len(keyframes), keyframes.dimension
     shaped, rest = np.zeros((m, d * d + d)), dict(multipliers)

@@ -26,7 +26,7 @@ class Rigidity(Energy):
     weights: np.ndarray | None = None
 
     if TYPE_CHECKING:
-        # Any array-like goes in; the fields are arrays.
+        # Whatever is like an array goes in; the fields are arrays.
         def __init__(
             self, order: int = 1, test_vectors: ArrayLike | None = None, weights: ArrayLike | None = None
         ) -> None: ...
@@ -88,7 +88,7 @@ class TrajectoryEnergy(Energy):
     masses: np.ndarray | None = None
 
     if TYPE_CHECKING:
-        # Any array-like goes in; the fields are arrays.
+        # Whatever is like an array goes in; the fields are arrays.
         def __init__(self, points: ArrayLike, masses: ArrayLike | None = None) -> None: ...
 
     def __post_init__(self):

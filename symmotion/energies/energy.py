@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any
+from typing import Any, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -12,6 +12,9 @@ from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.jets import Written
 from symmotion.values import same_fields
+
+# Any: of the kind that an energy is written for, which it says itself.
+OwnJet: TypeAlias = Any
 
 
 class Energy:
@@ -25,7 +28,7 @@ class Energy:
         """The short name under which the term appears in programs and reports."""
         return type(self).__name__
 
-    def residuals(self, jet: Any) -> ca.SX | None:
+    def residuals(self, jet: OwnJet) -> ca.SX | None:
         """A column whose sum of squares is the integrand, or None where there is none.
 
         Gauss–Newton convexification and the exact line search follow from it. The jet is of the kind that the
@@ -33,7 +36,7 @@ class Energy:
         """
         return None
 
-    def integrand(self, jet: Any) -> ca.SX:
+    def integrand(self, jet: OwnJet) -> ca.SX:
         """The scalar φ(jet)."""
         residuals = self.residuals(jet)
         if residuals is None:
@@ -91,7 +94,7 @@ class Energy:
 
     __hash__ = None  # pyright: ignore[reportAssignmentType] - arrays inside: nothing hashes an energy
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         # Kernels that were made of it are made again where they are asked for.
         return {name: value for name, value in self.__dict__.items() if name != "_made"}
 
@@ -120,7 +123,7 @@ class EnergySum(Energy):
     def __repr__(self) -> str:
         return " + ".join(repr(e) if w == 1 else f"{w:g} * {e!r}" for w, e in self.weighted)
 
-    def integrand(self, jet: Any) -> ca.SX:
+    def integrand(self, jet: OwnJet) -> ca.SX:
         return sum((w * e.integrand(jet) for w, e in self.weighted), ca.SX(0))
 
     def nodes(self, degree: int) -> int:
@@ -139,7 +142,7 @@ class JetEnergy(Energy):
         JetEnergy(lambda jet: jet.ddv, squares=True, label="acceleration of the origin")
     """
 
-    function: Callable[[Any], ca.SX]
+    function: Callable[[OwnJet], ca.SX]
     squares: bool = False
     label: str = "custom"
     gauss_nodes: int | None = None
@@ -158,10 +161,10 @@ class JetEnergy(Energy):
     def name(self) -> str:
         return self.label
 
-    def residuals(self, jet: Any) -> ca.SX | None:
+    def residuals(self, jet: OwnJet) -> ca.SX | None:
         return ca.vec(ca.SX(self.function(jet))) if self.squares else None
 
-    def integrand(self, jet: Any) -> ca.SX:
+    def integrand(self, jet: OwnJet) -> ca.SX:
         if self.squares:
             return super().integrand(jet)
         value = ca.SX(self.function(jet))

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -13,10 +13,11 @@ from symmotion.fairing.coordinates import AnyMotion, Box, Coordinates, Parts, sa
 from symmotion.fairing.greedy import GreedyRun, Limits, iterate
 from symmotion.fairing.jumps import Jumps, StepTables
 from symmotion.fairing.least_squares import LeastSquares
-from symmotion.fairing.programs import fairing_program, tolerances
+from symmotion.fairing.programs import FairingDesign, fairing_program, tolerances
 from symmotion.fairing.reference import iterate_programs
 from symmotion.fairing.result import FairingResult, FairingStatus
-from symmotion.solvers import ExactNewton, Ipopt, Status
+from symmotion.program import Program
+from symmotion.solvers import ExactNewton, Ipopt, Solver, Status
 from symmotion.systems import Certificate
 
 Method = Literal["greedy", "orthogonal", "least-squares", "bounded"]
@@ -40,7 +41,7 @@ def fair(
     divergence: float = 10.0,
     tolerance: float | np.ndarray | None = None,
     weight: float | None = None,
-    region: Any = None,
+    region: object = None,
     parts: Parts | None = None,
     length: float = 1.0,
     form: Form = "closed",
@@ -199,7 +200,7 @@ def _by_steps(task: _Task, method: str, limits: Limits, form: str) -> _Found:
     )
 
 
-def _by_least_squares(task: _Task, target: float | None, weight: float | None, region: Any, form: str) -> _Found:
+def _by_least_squares(task: _Task, target: float | None, weight: float | None, region: object, form: str) -> _Found:
     problem = LeastSquares(task.jumps, task.net, task.box.controls(task.jumps))
     if target is not None:
         net, chosen = problem.for_target(target)
@@ -214,16 +215,18 @@ def _by_least_squares(task: _Task, target: float | None, weight: float | None, r
     return found if found.status == FairingStatus.FAILED else replace(found, status=status, weight=chosen)
 
 
-def _bounded(task: _Task, tolerance: Any, region: Any) -> _Found:
+def _bounded(task: _Task, tolerance: float | np.ndarray | None, region: object) -> _Found:
     return _solved(task, Ipopt(), _program(task, region, tolerance=tolerance))
 
 
-def _program(task: _Task, region: Any, **bounds: Any) -> Any:
+def _program(
+    task: _Task, region: object, weight: float = 0.0, tolerance: float | np.ndarray | None = None
+) -> Program[FairingDesign]:
     c = task.coordinates
-    return fairing_program(c.motion, region=region, parts=c.parts, length=c.length, **bounds)
+    return fairing_program(c.motion, weight=weight, tolerance=tolerance, region=region, parts=c.parts, length=c.length)
 
 
-def _solved(task: _Task, solver: Any, program: Any) -> _Found:
+def _solved(task: _Task, solver: Solver, program: Program[FairingDesign]) -> _Found:
     solution = solver.solve(program)
     net = program.design.net(program.unpack(solution.x))
     status = FairingStatus.SOLVED if solution.status == Status.SOLVED else FairingStatus.FAILED

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -17,7 +16,7 @@ from symmotion.fairing.jumps import Jumps, Step
 from symmotion.jets.nets import NetSpace
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
-from symmotion.program import Block, Constraint, Program
+from symmotion.program import Block, Constraint, Multipliers, Program
 
 JUMPS = ("uuu", "vvv")
 
@@ -51,7 +50,7 @@ class FairingDesign:
             raise InputError(f"a start with a net of shape {net.shape}: {self.start.shape} is needed")
         return {UNKNOWN: net.reshape(-1, net.shape[-1])[self.controls]}
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint, one row per jump or control."""
         return dict(multipliers)
 

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from typing import Any, TextIO
+from typing import Any, TextIO, TypeAlias
 
 import numpy as np
 
@@ -11,8 +11,10 @@ from symmotion.files.formats import FilePath
 from symmotion.files.opening import readable
 from symmotion.whole import whole_file
 
+Document: TypeAlias = dict[str, Any]  # of JSON
 
-def read_object(path: FilePath, handle: TextIO) -> dict[str, Any]:
+
+def read_object(path: FilePath, handle: TextIO) -> Document:
     """The JSON object in a file, its numbers as floats."""
     try:
         document = json.load(handle, parse_int=float)
@@ -25,21 +27,19 @@ def read_object(path: FilePath, handle: TextIO) -> dict[str, Any]:
     return document
 
 
-def write_object(path: FilePath, document: dict[str, Any]) -> None:
+def write_object(path: FilePath, document: Document) -> None:
     """Write a JSON object, arrays as nested lists, numbers so that they come back exactly."""
     with whole_file(path) as handle:
         handle.write(json.dumps(document, default=np.ndarray.tolist) + "\n")
 
 
-def entries_of(path: FilePath) -> dict[str, Any]:
+def entries_of(path: FilePath) -> Document:
     """The JSON object in a file of that name, its numbers as floats."""
     with readable(path) as handle:
         return read_object(path, handle)
 
 
-def require_entries(
-    path: FilePath, document: dict[str, Any], needed: Sequence[str], optional: Sequence[str] = ()
-) -> None:
+def require_entries(path: FilePath, document: Document, needed: Sequence[str], optional: Sequence[str] = ()) -> None:
     """Raise InputError unless all `needed` entries are there and none is unknown, since that may be one misspelt."""
     missing = [name for name in needed if name not in document]
     unknown = [name for name in document if name not in (*needed, *optional)]
@@ -48,7 +48,7 @@ def require_entries(
         raise InputError(f"{path}: {'; '.join(faults)} (the entries are {', '.join((*needed, *optional))})")
 
 
-def read_list(path: FilePath, document: dict[str, Any], name: str) -> np.ndarray:
+def read_list(path: FilePath, document: Document, name: str) -> np.ndarray:
     """An entry that lists M numbers, or M nested lists of one shape, as (M, …); InputError names the item at fault."""
     items = document[name]
     if not isinstance(items, list) or not items:
@@ -57,7 +57,7 @@ def read_list(path: FilePath, document: dict[str, Any], name: str) -> np.ndarray
     return np.array([_floats(f"{path}, {name}[{i}]", item, shape) for i, item in enumerate(items)])
 
 
-def _floats(where: str, value: Any, shape: tuple[int, ...] | None = None) -> np.ndarray:
+def _floats(where: str, value: object, shape: tuple[int, ...] | None = None) -> np.ndarray:
     try:
         numbers = np.array(value)
     except ValueError:  # lists of different lengths

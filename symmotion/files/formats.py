@@ -26,10 +26,9 @@ class Option:
 
     name: str
     meaning: str
-    # Values are of the option's own kind: numbers, names, arrays, bodies.
-    of_text: Callable[[str], Any] | None = None
-    default: Any = None
-    check: Callable[[Any, str], Any] | None = None
+    of_text: Callable[[str], object] | None = None
+    default: object = None
+    check: Callable[[Any, str], object] | None = None  # Any: a value of the option's own kind
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ class Format:
     endings: tuple[str, ...]
     holds: Holds
     help: str
-    # What is read and written depends on `holds`: the doors, `read_keyframes` and its like, have the types.
+    # Any: what is read and written depends on `holds`: the doors, `read_keyframes` and its like, have the types.
     read: Callable[..., Any] | None = None
     write: Callable[..., Any] | None = None
     reading: tuple[Option, ...] = ()
@@ -113,8 +112,8 @@ def row_of(path: FilePath, among: Sequence[Format], format: str | None = None) -
 
 
 def keywords(
-    path: FilePath, row: Format, way: Way, given: Mapping[str, Any], among: Sequence[Format]
-) -> dict[str, Any]:
+    path: FilePath, row: Format, way: Way, given: Mapping[str, object], among: Sequence[Format]
+) -> dict[str, object]:
     """The options that are given, neither None nor False, checked; InputError for one that the row does not take.
 
     among: the rows that could have been meant, of which the message names those that take it.
@@ -140,13 +139,13 @@ def require_order(value: object, path: object, door: str, what: str, kind: type 
     checks.file_path(path, f"the path given to {door},")
 
 
-# The doors, `read_keyframes` and its like, say of what type a value is.
+# Any, here and below: the doors, `read_keyframes` and its like, say of what type a value is.
 def read_file(
     path: FilePath,
     formats: Iterable[Format],
     *holds: Holds,
     format: str | None = None,
-    options: Mapping[str, Any] = MappingProxyType({}),
+    options: Mapping[str, object] = MappingProxyType({}),
 ) -> Any:
     """What a file holds, one of these, read by its row with those of the options that are given."""
     among = rows(formats, "read", *holds)
@@ -156,12 +155,12 @@ def read_file(
 
 
 def write_file(
-    value: Any,
+    value: object,
     path: FilePath,
     formats: Iterable[Format],
     *holds: Holds,
     format: str | None = None,
-    options: Mapping[str, Any] = MappingProxyType({}),
+    options: Mapping[str, object] = MappingProxyType({}),
 ) -> Any:
     """Write a value by the row of a format that holds one of these; returns what the writer says of the file."""
     among = rows(formats, "write", *holds)

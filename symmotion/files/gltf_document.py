@@ -15,8 +15,8 @@ MAGIC, VERSION, JSON_CHUNK, BIN_CHUNK = b"glTF", 2, b"JSON", b"BIN\0"
 class DocumentBuilder:
     """A document that grows: `accessor` puts arrays into its one buffer, the other lists are the caller's to fill."""
 
-    def __init__(self, notes: dict[str, Any]):
-        self.entries: dict[str, Any] = {
+    def __init__(self, notes: dict[str, object]):
+        self.entries: dict[str, Any] = {  # Any: JSON
             "asset": {"version": "2.0", "generator": "symmotion", "extras": notes},
             "accessors": [],
             "bufferViews": [],

@@ -7,7 +7,6 @@ import math
 import struct
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
@@ -29,7 +28,7 @@ class Place:
     """A value in a document and where: a file and the way in from its top, such as `nodes[3].rotation`."""
 
     path: FilePath
-    value: Any
+    value: object
     way: str = ""
 
     def fault(self, message: str) -> InputError:

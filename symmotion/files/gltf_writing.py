@@ -1,9 +1,8 @@
 """Motions as animated glTF 2.0: four translated joints for affine motions, a turning node for rigid ones."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -262,19 +261,19 @@ def _turned(times: np.ndarray, quaternions: np.ndarray, t: np.ndarray) -> np.nda
     return slerp(quaternions[k], quaternions[k + 1], (t - times[k]) / (times[k + 1] - times[k]))
 
 
-def _hermite_sampler(document: DocumentBuilder, times: int, keys: HermiteKeys) -> dict[str, Any]:
+def _hermite_sampler(document: DocumentBuilder, times: int, keys: HermiteKeys) -> dict[str, object]:
     """A sampler of vectors (K, 3): at every key its slope before, value and slope behind."""
     triples = np.stack([keys.arriving, keys.values, keys.leaving], axis=1)
     output = document.accessor(triples.reshape(-1, 3), "VEC3")
     return {"input": times, "output": output, "interpolation": "CUBICSPLINE"}
 
 
-def _animation(samplers: list[dict[str, Any]], targets: list[tuple[int, str]]) -> dict[str, Any]:
+def _animation(samplers: Sequence[Mapping[str, object]], targets: list[tuple[int, str]]) -> dict[str, object]:
     channels = [{"sampler": i, "target": {"node": n, "path": path}} for i, (n, path) in enumerate(targets)]
     return {"name": "motion", "samplers": samplers, "channels": channels}
 
 
-def _mesh(document: DocumentBuilder, body: Body, extra: dict[str, int]) -> dict[str, Any]:
+def _mesh(document: DocumentBuilder, body: Body, extra: dict[str, int]) -> dict[str, object]:
     attributes = {
         "POSITION": document.accessor(body.vertices, "VEC3", target=VERTICES, bounds=True),
         "COLOR_0": document.accessor(body.shown_colours, "VEC3", target=VERTICES),

@@ -13,6 +13,7 @@ from symmotion.files.formats import FilePath
 LARGEST = 512 * 2**20
 
 
+# Any: a handle of text or of bytes, as asked for.
 @contextmanager
 def readable(path: FilePath, binary: bool = False) -> Iterator[Any]:
     """A handle for reading UTF-8 text, or bytes; what is wrong with the file as such becomes an InputError."""

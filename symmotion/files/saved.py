@@ -1,6 +1,7 @@
 """What `save` wrote, where motions and two-parameter motions are read."""
 
-from typing import Any, TypeVar
+from collections.abc import Mapping
+from typing import TypeVar
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
@@ -10,7 +11,7 @@ from symmotion.saving import MARK
 Kind = TypeVar("Kind")
 
 
-def class_saved(document: dict[str, Any]) -> str | None:
+def class_saved(document: Mapping[str, object]) -> str | None:
     """The name of the class that a JSON object was saved from; None where `save` did not write it."""
     name = document.get("class")
     return name if document.get("symmotion") == MARK["symmotion"] and isinstance(name, str) else None

@@ -55,6 +55,7 @@ def is_net_json(path: FilePath) -> bool:
     return mark == MARK["symmotion"] or (mark is None and set(NET[0]) <= document.keys())
 
 
+# Any: arrays, which `savez` tells from its flags by name only.
 def _entries(motion: TwoParameterMotion) -> dict[str, Any]:
     entries = {
         "degree": np.array([motion.u.degree, motion.v.degree]),
@@ -65,7 +66,7 @@ def _entries(motion: TwoParameterMotion) -> dict[str, Any]:
     return entries if motion.dual is None else entries | {"dual": motion.dual}
 
 
-def _made(path: FilePath, entries: dict[str, np.ndarray], marks: dict[str, Any]) -> TwoParameterMotion:
+def _made(path: FilePath, entries: dict[str, np.ndarray], marks: dict[str, object]) -> TwoParameterMotion:
     if marks and marks != MARK:
         raise InputError(f"{path}: {_shown(marks)}: {_shown(MARK)} is needed for a two-parameter motion")
     require_entries(path, entries, *(MOTION if marks else NET))
@@ -75,7 +76,7 @@ def _made(path: FilePath, entries: dict[str, np.ndarray], marks: dict[str, Any])
         raise InputError(f"{path}: {error}") from None
 
 
-def _shown(marks: dict[str, Any]) -> str:
+def _shown(marks: dict[str, object]) -> str:
     return ", ".join(f"{k} {v!r:.40}" for k, v in marks.items())
 
 
@@ -97,7 +98,7 @@ def _net(entries: dict[str, np.ndarray]) -> TwoParameterMotion:
     return TwoParameterMotion.from_displacements(net, u, v, spherical="translation" not in entries)
 
 
-def _read_npz(path: FilePath) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _read_npz(path: FilePath) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """The arrays of a file as floats, and its marks."""
     with readable(path, binary=True) as handle:
         try:

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -116,5 +115,5 @@ def _lines(
     yield "}"
 
 
-def _tuple(items: Iterable[Any]) -> str:
+def _tuple(items: Iterable[object]) -> str:
     return f"({', '.join(x if isinstance(x, str) else repr(x) for x in items)})"

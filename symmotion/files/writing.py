@@ -1,10 +1,10 @@
 """Keyframes and motions into files: the doors, which find the format in the table."""
 
 from collections.abc import Iterable
-from typing import Any
 
 from numpy.typing import ArrayLike
 
+from symmotion.bodies import Shape
 from symmotion.bodies.mesh import Mesh
 from symmotion.files.formats import FilePath, Format, require_order, write_file
 from symmotion.files.table import FORMATS
@@ -39,7 +39,7 @@ def write_motion(
     rate: float | None = None,
     orthonormalise: bool = False,
     *,
-    body: Any = None,  # as in write_gltf: a mesh of the caller's own kind
+    body: Shape | None = None,
     seconds: float | None = None,
     tolerance: float | None = None,
     formats: Iterable[Format] = FORMATS,

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from symmotion import checks
 from symmotion.motions.motion import Moving
@@ -38,7 +37,7 @@ class WrittenMotion:
             f"{self.path}: {self.keys} {self.route}, {kind}, error {self.error:.2g} ({self.relative:.1g} of the size)"
         )
 
-    def notes(self, start: float, rate: float) -> dict[str, Any]:
+    def notes(self, start: float, rate: float) -> dict[str, object]:
         """What the file itself says: how it was made, its error, and the motion's time where its clock is at 0."""
         return {
             "generator": "symmotion",

@@ -39,10 +39,10 @@ class Written:
 
     @staticmethod
     def of(
-        function: Callable[..., Any],
-        arguments: Iterable[Sequence[Any]] | None = None,
+        function: Callable[..., Any],  # a function of the user's own
+        arguments: Iterable[Sequence[AnyJet]] | None = None,
         more: Sequence[ca.SX] = (),
-        hand: Callable[[Sequence[ca.SX]], Sequence[Any]] = tuple,
+        hand: Callable[[Sequence[ca.SX]], Sequence[object]] = tuple,
     ) -> "Written":
         """The text of a function for the jets of `arguments`, one jet of every kind when left out.
 
@@ -64,6 +64,7 @@ class Written:
             raise refusal
         return Written(tuple(codes))
 
+    # Any: jets, and symbols behind them.
     def __call__(self, *arguments: Any) -> ca.SX:
         jets = [a for a in arguments if hasattr(a, "entries")]
         kinds = tuple(jet.kind for jet in jets)
@@ -78,7 +79,7 @@ class Written:
         return ca.SX(ca.Function.deserialize(code)(*(jet.entries for jet in jets), *more))
 
 
-def _symbols_for(jets: Sequence[Any]) -> list[ca.SX]:
+def _symbols_for(jets: Sequence[AnyJet]) -> list[ca.SX]:
     for jet in jets:
         if not jet.entries.is_valid_input():
             raise InputError(f"a jet of kind {jet.kind} is made of expressions, not of symbols")

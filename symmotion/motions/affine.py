@@ -30,7 +30,7 @@ class AffineMotion:
     translation: np.ndarray = None  # pyright: ignore[reportAssignmentType]
 
     if TYPE_CHECKING:
-        # Any array-like goes in; the fields are arrays.
+        # Whatever is like an array goes in; the fields are arrays.
         def __init__(self, basis: BSplineBasis, linear: ArrayLike, translation: ArrayLike | None = None) -> None: ...
 
     def __post_init__(self):

@@ -63,7 +63,7 @@ class Keyframes:
     translation: np.ndarray = None  # pyright: ignore[reportAssignmentType]
 
     if TYPE_CHECKING:
-        # Any array-like goes in; the fields are arrays.
+        # Whatever is like an array goes in; the fields are arrays.
         def __init__(self, times: ArrayLike, linear: ArrayLike, translation: ArrayLike | None = None) -> None: ...
 
     def __post_init__(self):

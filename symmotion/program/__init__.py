@@ -2,7 +2,17 @@
 
 from symmotion.program.block import WHOLE, Block, BlockEvaluator
 from symmotion.program.evaluate import Evaluator, Pattern
-from symmotion.program.program import Constraint, Design, DesignT, MotionT, ParameterPlace, Program, Rekeyed, Staged
+from symmotion.program.program import (
+    Constraint,
+    Design,
+    DesignT,
+    MotionT,
+    Multipliers,
+    ParameterPlace,
+    Program,
+    Rekeyed,
+    Staged,
+)
 
 __all__ = [
     "WHOLE",
@@ -13,6 +23,7 @@ __all__ = [
     "DesignT",
     "Evaluator",
     "MotionT",
+    "Multipliers",
     "ParameterPlace",
     "Pattern",
     "Program",

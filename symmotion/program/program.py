@@ -1,9 +1,9 @@
 """Programs: a start value, named terms and named constraints, all of them kernels applied many times."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 import casadi as ca
 import numpy as np
@@ -16,7 +16,9 @@ from symmotion.program.block import WHOLE, Block
 from symmotion.program.state import made_of
 
 MotionT = TypeVar("MotionT", covariant=True)
-DesignT = TypeVar("DesignT", covariant=True, bound="Design[Any]")  # Any: a design of any motion
+DesignT = TypeVar("DesignT", covariant=True, bound="Design[object]")
+# By constraint. Any: arrays, pairs of them or numbers, as the design shows them.
+Multipliers: TypeAlias = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,8 @@ class Constraint:
         return np.swapaxes(multipliers.reshape(*rows, width, height), -1, -2)
 
 
-class Structure(dict[Any, Any]):
+# Any: who puts something in knows what it is.
+class Structure(dict[Hashable, Any]):
     """What is derived from a program's structure, by name. A pickle holds it empty, and once for all that share it."""
 
     def __reduce__(self):
@@ -95,11 +98,12 @@ class Design(Protocol[MotionT]):
         """The motion of the program's unknowns, by name (n, channels)."""
         ...
 
+    # Any: a user's motion, of any kind.
     def unknowns(self, motion: Any) -> Mapping[str, np.ndarray]:
-        """The unknowns of a motion, exactly where the space holds it; the motion is a user's, of any kind."""
+        """The unknowns of a motion, exactly where the space holds it."""
         ...
 
-    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Mapping[str, Any]:
+    def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint in the shapes that users meet: those of keyframes are pairs of arrays."""
         ...
 
@@ -108,8 +112,9 @@ class Design(Protocol[MotionT]):
 class Rekeyed(Protocol):
     """A design whose keyframes can be moved without building the program again."""
 
-    def with_keyframes(self, program: Any, keyframes: Any) -> Any:
-        """The program for other keyframes at the same times; they come in the form that the design's program takes."""
+    # Any: keyframes in the form that the design's program takes.
+    def with_keyframes(self, program: "Program", keyframes: Any) -> "Program":
+        """The program for other keyframes at the same times."""
         ...
 
 
@@ -117,7 +122,7 @@ class Rekeyed(Protocol):
 class Staged(Protocol):
     """A design that knows smaller programs on the way to its own."""
 
-    def stages(self, by: str) -> Iterable[Any]:
+    def stages(self, by: str) -> "Iterable[Program]":
         """Smaller programs that lead to this one, coarsest first, by "degree" or "knots"."""
         ...
 
@@ -141,7 +146,7 @@ class Program(Generic[DesignT]):
     design: DesignT
     build_seconds: float | None = None
     # Derived structure (patterns, null-space bases), shared by programs that differ in data only.
-    structure: dict[Any, Any] = field(default_factory=Structure, repr=False)
+    structure: Structure = field(default_factory=Structure, repr=False)
 
     __getstate__ = made_of
 
@@ -221,6 +226,7 @@ class Program(Generic[DesignT]):
                 return c
         raise InputError(f"no constraint {name!r}; there are {', '.join(c.name for c in self.constraints) or 'none'}")
 
+    # Any: other fields of the program.
     def with_data(self, name: str, data: np.ndarray, **changes: Any) -> "Program[DesignT]":
         """The same program with other data in one constraint; structure and compiled kernels are kept.
 
@@ -259,7 +265,7 @@ class Program(Generic[DesignT]):
                     program = program.with_data(c.name, data)
         return program
 
-    def with_keyframes(self, keyframes: Any) -> "Program[DesignT]":
+    def with_keyframes(self, keyframes: object) -> "Program[DesignT]":
         """The same program for other keyframes at the same times; structure and compiled kernels are kept.
 
         keyframes: in the form that the program's constructor takes.
@@ -274,6 +280,7 @@ class Program(Generic[DesignT]):
             raise InputError(f"{type(self.design).__name__} has no stages by {by!r}: solve the program at once")
         return [stage.with_parameters(**self.parameters) for stage in self.design.stages(by)]
 
+    # Any: symbols or arrays, by the key.
     def nlp(self) -> dict[str, Any]:
         """The plain CasADi problem, for whoever brings a solver of their own.
 

@@ -1,7 +1,6 @@
 """The report of several solvers on a user's own keyframes."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from symmotion.motions import Keyframes
 from symmotion.report.figures import convergence_figure, to_figure
 from symmotion.report.players import player
 from symmotion.report.values import Figure, Player, Run, StudyResult
-from symmotion.solvers import Comparison, Solution, compare
+from symmotion.solvers import Comparison, Solution, Solver, compare
 from symmotion.tables import Column, Table
 from symmotion.views.drawing import draw_inner_products
 from symmotion.views.style import new_figure
@@ -21,7 +20,7 @@ PLAYED = 16  # keyframes from the first on that a player shows
 
 
 def comparison_result(
-    keyframes: Keyframes, objectives: Sequence[Energy], degree: int, refine: int, solvers: Sequence[Any]
+    keyframes: Keyframes, objectives: Sequence[Energy], degree: int, refine: int, solvers: Sequence[Solver]
 ) -> StudyResult:
     """Compare solvers on one set of keyframes under several objectives; tables and figures as data."""
     comparisons = {

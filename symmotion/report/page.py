@@ -13,7 +13,7 @@ from dataclasses import asdict
 from datetime import datetime
 from importlib import import_module, resources
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from jinja2 import Environment, StrictUndefined
 from jinja2.utils import htmlsafe_json_dumps
@@ -26,6 +26,8 @@ from symmotion.svg import as_element
 from symmotion.tables import shown
 from symmotion.version import __version__
 from symmotion.whole import whole_file
+
+Json: TypeAlias = Any  # numbers, texts, lists and objects, nested
 
 SCHEMA = 1
 
@@ -63,7 +65,7 @@ def require_writable(directory: Path) -> None:
         ) from error
 
 
-def report_document(records: Sequence[StudyRecord]) -> dict[str, Any]:
+def report_document(records: Sequence[StudyRecord]) -> dict[str, Json]:
     """The content of report.json; numbers in full, None for what is missing or not finite."""
     return _finite(
         {
@@ -76,7 +78,7 @@ def report_document(records: Sequence[StudyRecord]) -> dict[str, Any]:
     )
 
 
-def _study(record: StudyRecord) -> dict[str, Any]:
+def _study(record: StudyRecord) -> dict[str, Json]:
     result = record.result
     return {
         "name": record.name,
@@ -94,11 +96,11 @@ def _study(record: StudyRecord) -> dict[str, Any]:
     }
 
 
-def _run(run: Run) -> dict[str, Any]:
+def _run(run: Run) -> dict[str, Json]:
     return {key: value for key, value in asdict(run).items() if key not in ("log", "message")}
 
 
-def _player(player: Player) -> dict[str, Any]:
+def _player(player: Player) -> dict[str, Json]:
     return {"name": player.name, "tracks": [track.label for track in player.tracks], "domain": list(player.domain)}
 
 
@@ -107,7 +109,7 @@ def _figures(records: Sequence[StudyRecord]) -> dict[str, Figure]:
     return {f"figures/{r.name}-{f.name}.svg": f for r in records if r.result for f in r.result.pictures}
 
 
-def _finite(value: Any) -> Any:
+def _finite(value: object) -> Json:
     if isinstance(value, dict):
         return {key: _finite(v) for key, v in value.items()}
     if isinstance(value, list | tuple):
@@ -115,7 +117,7 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _environment() -> dict[str, Any]:
+def _environment() -> dict[str, Json]:
     return {
         "python": platform.python_version(),
         **{name: import_module(name).__version__ for name in ("casadi", "numpy", "scipy", "matplotlib")},
@@ -134,7 +136,7 @@ def _processor() -> str | None:
     return named[1] if named else platform.processor() or None
 
 
-def _page(records: Sequence[StudyRecord], document: dict[str, Any], title: str, intro: str) -> str:
+def _page(records: Sequence[StudyRecord], document: dict[str, Json], title: str, intro: str) -> str:
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     environment.filters |= {"shown": shown, "duration": duration, "inline": inline, "paragraphs": paragraphs}
     bodies = list(dict.fromkeys(player.body for r in records if r.result for player in r.result.players))
@@ -155,7 +157,7 @@ def _resource(name: str) -> str:
     return resources.files("symmotion.report").joinpath(name).read_text(encoding="utf-8")
 
 
-def _moved(player: Player, bodies: Sequence[Body]) -> dict[str, Any]:
+def _moved(player: Player, bodies: Sequence[Body]) -> dict[str, Json]:
     """What player.js reads: the player with the body's place among those of the page, which players share."""
     data = {key: value for key, value in asdict(player).items() if key != "picture"}
     return data | {
@@ -166,12 +168,12 @@ def _moved(player: Player, bodies: Sequence[Body]) -> dict[str, Any]:
     }
 
 
-def _embedded(value: Any) -> Markup:
+def _embedded(value: object) -> Markup:
     """JSON for a script element: no name in it ends the element."""
     return htmlsafe_json_dumps(_short(value), dumps=json.dumps, separators=(",", ":"), allow_nan=False)
 
 
-def _short(value: Any) -> Any:
+def _short(value: object) -> Json:
     """Whole numbers without their “.0”: 8 % of the data of the studies' players."""
     if isinstance(value, dict):
         return {key: _short(v) for key, v in value.items()}

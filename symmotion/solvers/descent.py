@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from symmotion.program import Evaluator
 from symmotion.solvers.journal import Failure, Journal
 from symmotion.solvers.solution import Iteration, Status
-from symmotion.systems import AnySystem
+from symmotion.systems import AnyFactor, AnySystem
 
 # The share θ of the exact Hessian grows tenfold with every step and falls back to LEAST where the matrix
 # is not positive definite: the fewest evaluations of the schedules tried, along straight and curved conditions.
@@ -60,8 +60,7 @@ class Course(Protocol):
         """M from here for another θ."""
         ...
 
-    # Any: a factor is known to its own system only.
-    def shifted(self, matrix: np.ndarray) -> Any:
+    def shifted(self, matrix: np.ndarray) -> AnyFactor:
         """The factor of the matrix plus a multiple of the identity, None where none makes it positive definite."""
         ...
 
@@ -69,11 +68,11 @@ class Course(Protocol):
         """A direction of negative curvature at a stationary point, None where there is none."""
         ...
 
-    def advance(self, point: Point, factor: Any, outward: np.ndarray | None) -> tuple[float, bool]:
+    def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
         """Go along the Newton step, or outward: the length of the step, and whether that was progress."""
         ...
 
-    def rest(self, point: Point, factor: Any) -> None:
+    def rest(self, point: Point, factor: AnyFactor) -> None:
         """What is left to do at a converged point; factor: None where M is not positive definite."""
         ...
 
@@ -120,7 +119,7 @@ def descend(course: Course, theta: float) -> tuple[Failure | None, bool]:
         theta = min(1.0, GROW * theta)
 
 
-def _convexified(course: Course, point: Point, theta: float) -> tuple[Any, float, bool]:
+def _convexified(course: Course, point: Point, theta: float) -> tuple[AnyFactor, float, bool]:
     """The factor of a matrix that is positive definite along the conditions, its θ, and whether θ fell back to it."""
     falls = course.blend and theta > LEAST
     factor = None
@@ -135,7 +134,7 @@ def _convexified(course: Course, point: Point, theta: float) -> tuple[Any, float
 
 def shifted(
     system: AnySystem, matrix: np.ndarray, shifts: Iterator[float], scale: float, journal: Journal
-) -> tuple[Any, float]:
+) -> tuple[AnyFactor, float]:
     """The factor of a matrix plus the first of growing multiples of the identity that make it positive definite.
 
     shifts: what is added one after the other, times scale; the last one is returned beside the factor, which is

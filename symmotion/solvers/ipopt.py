@@ -21,7 +21,7 @@ from symmotion.solvers.solver import Solver, conclude, start_vector
 from symmotion.systems import HessianTriangle, gradient_scale
 
 IpoptOption: TypeAlias = str | float | int
-# What CasADi hands back of a solve: numbers, texts and lists by name.
+# What CasADi hands back of a solve. Any: numbers, texts and lists, by name.
 Stats: TypeAlias = dict[str, Any]
 # IPOPT's names for what the solver's own arguments say.
 TAKEN = {"tol": "tolerance", "max_iter": "max_iterations", "max_wall_time": "time_limit"}

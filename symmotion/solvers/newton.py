@@ -1,7 +1,7 @@
 """Newton's method on (x, λ) with the exact Hessian, made to descend."""
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.solution import Iteration, Solution
 from symmotion.solvers.solver import conclude, require_equalities, start_multipliers, start_vector
 from symmotion.solvers.sqp import Curved
-from symmotion.systems import AnySystem, Condensed, Saddle, gradient_scale, system_of
+from symmotion.systems import AnyFactor, AnySystem, Condensed, Saddle, gradient_scale, system_of
 
 # A Gauss–Newton matrix may be only semidefinite (motions that stay rigid to first order cost nothing):
 # the first multiple of the identity tried then, relative to the diagonal.
@@ -184,7 +184,7 @@ class Straight:
     def matrix(self, theta: float) -> np.ndarray:
         return self.evaluator.second_order(self.x, self.system.pattern, theta=theta)[1]
 
-    def shifted(self, matrix: np.ndarray) -> Any:
+    def shifted(self, matrix: np.ndarray) -> AnyFactor:
         squares = all(b.kernel.squares for b in self.evaluator.program.terms)
         # The second descent remembers what it needed last.
         first = self._shift if not self.blend else RIDGE if squares else LEAST
@@ -197,7 +197,7 @@ class Straight:
     def outward(self, point: Point) -> np.ndarray | None:
         return self.journal.timed(self.system.negative_curvature, point.matrix)
 
-    def advance(self, point: Point, factor: Any, outward: np.ndarray | None) -> tuple[float, bool]:
+    def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
         step = self.journal.timed(self.system.step, factor, point.gradient) if outward is None else outward
         before, slope = self._objective, float(point.gradient @ step)
         length, self._objective = self._length(step, slope, exact=self.blend or point.converged)
@@ -205,7 +205,7 @@ class Straight:
         # Less than the rounding of the objective is no progress either.
         return length, self._objective < before - ROUNDING * abs(before)
 
-    def rest(self, point: Point, factor: Any) -> None:
+    def rest(self, point: Point, factor: AnyFactor) -> None:
         """One more step from a minimum: the factor is there, and it squares the error for one gradient."""
         if factor is None:
             return

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from threading import current_thread, main_thread
 from types import FrameType
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -17,7 +17,7 @@ from symmotion.solvers.solution import Iteration
 from symmotion.systems import HessianTriangle
 
 # The arrays of a function's inputs to those of its outputs.
-Compute: TypeAlias = Callable[..., tuple[Any, ...]]
+Compute: TypeAlias = Callable[..., tuple[np.ndarray, ...]]
 
 
 class Kept:

@@ -10,7 +10,7 @@ import numpy as np
 
 from symmotion.errors import InputError, SolveError
 from symmotion.pictures import as_html, plot_solution
-from symmotion.program import Design, DesignT, Evaluator, MotionT, Program
+from symmotion.program import Design, DesignT, Evaluator, MotionT, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.systems import Certificate
 
@@ -94,16 +94,17 @@ class Solution(Generic[DesignT]):
             self.__dict__["_motion"] = self.program.design.motion(self.program.unpack(self.x))
         return self.__dict__["_motion"]
 
+    # Any: the bodies' kinds differ.
     @property
     def motions(self) -> Mapping[str, Any]:
-        """The motions by body, of a program that joins several; the bodies' kinds differ."""
+        """The motions by body, of a program that joins several."""
         motion: object = self.motion
         if not isinstance(motion, Mapping):
             raise InputError("this solution has one motion: .motion")
         return motion
 
     @cached_property
-    def multipliers(self) -> Mapping[str, Any]:
+    def multipliers(self) -> Multipliers:
         """Multipliers by constraint; those of "keyframes" in the keyframes' shape, `.linear` and `.translation`."""
         return self.program.design.multipliers(self.program.shown(self.multiplier_vector))
 

@@ -1,14 +1,12 @@
 """Newton's method where equality constraints are curved: SQP on the sparse saddle system."""
 
-from typing import Any
-
 import numpy as np
 
 from symmotion.program import Evaluator
 from symmotion.solvers.descent import Point, largest, shifted, tenfold
 from symmotion.solvers.journal import Journal
 from symmotion.solvers.solution import Iteration
-from symmotion.systems import Saddle, gradient_scale
+from symmotion.systems import AnyFactor, Saddle, gradient_scale
 
 RIDGE = 1e-8
 # The share of the linearised violation that the merit's slope must at least account for.
@@ -67,7 +65,7 @@ class Curved:
         # By θ the conditions' part grows with the exact part of the objective's.
         return self.evaluator.second_order(self.x, self.system.pattern, theta * self.multipliers, theta=theta)
 
-    def shifted(self, matrix: np.ndarray) -> Any:
+    def shifted(self, matrix: np.ndarray) -> AnyFactor:
         scale = largest(matrix[self.system.diagonal]) or 1.0
         shifts = tenfold(RIDGE * scale, most=1e3 * scale)
         return shifted(self.system, matrix, shifts, 1.0, self.journal)[0]
@@ -83,7 +81,7 @@ class Curved:
         size = 0.1 * max(1.0, largest(self.x)) / largest(direction)
         return (-size if point.gradient @ direction > 0 else size) * direction
 
-    def advance(self, point: Point, factor: Any, outward: np.ndarray | None) -> tuple[float, bool]:
+    def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
         gradient, violation = point.gradient, self._violation
         if outward is None:
             right = np.concatenate([-gradient, -violation])
@@ -99,7 +97,7 @@ class Curved:
         # Rounding may hide the last decrease: only several steps without one are the end.
         return length, value < merit or outward is not None
 
-    def rest(self, point: Point, factor: Any) -> None:
+    def rest(self, point: Point, factor: AnyFactor) -> None:
         """Nothing: the multipliers were found with the point."""
 
     def _weighed(self, slope: float, multipliers: np.ndarray) -> float:
@@ -112,7 +110,9 @@ class Curved:
         most = largest(multipliers)
         return max(1.1 * needed, most, 0.5 * (self._penalty + most))
 
-    def _searched(self, step: np.ndarray, merit: float, slope: float, factor: Any) -> tuple[np.ndarray, float, float]:
+    def _searched(
+        self, step: np.ndarray, merit: float, slope: float, factor: AnyFactor
+    ) -> tuple[np.ndarray, float, float]:
         """The point accepted along a step, the length of the step and the merit there."""
         length = 1.0
         rounding = 1e-14 * (abs(merit) + 1e-300)

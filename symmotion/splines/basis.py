@@ -29,7 +29,7 @@ class BSplineBasis:
     periodic: bool = False
 
     if TYPE_CHECKING:
-        # Any array-like goes in; the fields are arrays.
+        # Whatever is like an array goes in; the fields are arrays.
         def __init__(self, knots: ArrayLike, degree: int, periodic: bool = False) -> None: ...
 
     def __post_init__(self):

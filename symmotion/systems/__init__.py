@@ -3,9 +3,10 @@
 from symmotion.systems.certificate import Certificate, certify, gradient_scale, system_of
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.saddle import HessianTriangle, Saddle, kkt_pattern
-from symmotion.systems.system import AnySystem, System
+from symmotion.systems.system import AnyFactor, AnySystem, System
 
 __all__ = [
+    "AnyFactor",
     "AnySystem",
     "Certificate",
     "Condensed",

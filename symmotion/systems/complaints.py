@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr
 from threading import Lock, get_ident
-from typing import Any
+from typing import Any, TextIO
 
 # There is one sys.stderr: two threads that replaced it at the same time would put back each other's.
 _REPLACED = Lock()
@@ -13,7 +13,7 @@ _REPLACED = Lock()
 class _Listener:
     """A stream that keeps what one thread writes; everything else is the stream's behind it."""
 
-    def __init__(self, stream: Any):
+    def __init__(self, stream: TextIO):
         self._stream, self._thread = stream, get_ident()
         self.heard: list[str] = []
 
@@ -23,7 +23,7 @@ class _Listener:
             return len(text)
         return self._stream.write(text)
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         return getattr(self._stream, name)
 
 
@@ -31,6 +31,6 @@ class _Listener:
 def overheard() -> Iterator[list[str]]:
     """The pieces of text that this thread writes to stderr meanwhile, kept from it; other threads write as ever."""
     with _REPLACED:
-        listener: Any = _Listener(sys.stderr)
+        listener: Any = _Listener(sys.stderr)  # Any: a stream by what it answers to
         with redirect_stderr(listener):
             yield listener.heard

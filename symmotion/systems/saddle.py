@@ -22,6 +22,7 @@ DELTA = 1e-8
 
 # The saddle matrix as it is, and the regular one that was factorised.
 SaddleFactor: TypeAlias = tuple[sparse.csc_array, ca.DM]
+SuperLU: TypeAlias = Any  # SciPy ships no types
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,10 +115,10 @@ class Saddle:
         self.diagonal = self._triangle.diagonal
         self.sparsity = ca.Sparsity(size, size, self._pointers.tolist(), self._rows.tolist())
         self._solver = ca.Linsol("saddle", "ldl", self.sparsity)
-        self._factored_normal: Any = None  # a SuperLU: SciPy ships no types
+        self._factored_normal: SuperLU = None
 
     @property
-    def _normal(self) -> Any:  # a SuperLU: SciPy ships no types
+    def _normal(self) -> SuperLU:
         """The factor of J Jᵀ, which projects onto the conditions; made when first needed, None without conditions."""
         if self._factored_normal is None and self.m:
             try:

@@ -57,5 +57,6 @@ class System(Protocol[Factor]):
         ...
 
 
-# For whoever only hands a factor back to the system that made it.
-AnySystem: TypeAlias = System[Any]
+# For whoever only hands a factor back to the system that made it. Any: known to that system only.
+AnyFactor: TypeAlias = Any
+AnySystem: TypeAlias = System[AnyFactor]

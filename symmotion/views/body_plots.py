@@ -1,7 +1,6 @@
 """A body along a motion, by one call: in the plane as it is, in space in a parallel view."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +12,7 @@ from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import body_size
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
+from symmotion.motions.motion import Moving
 from symmotion.views.canvas import as_numbers, bears, fit_height, on_axes, require_axes, require_colour, stamps
 from symmotion.views.parallel import VIEW, draw_faces, lit
 from symmotion.views.style import COLOURS, INK
@@ -26,7 +26,7 @@ MOST_COPIES = 24
 
 
 def plot_body(
-    motion: Any,
+    motion: Moving,
     axes: Axes | None = None,
     *,
     body: Shape | None = None,
@@ -121,7 +121,7 @@ def _at_keyframes(keyframes: Keyframes, colour: str) -> _Copies:
     return _Copies(t, Affine(keyframes.linear, keyframes.translation), colour, marks, True)
 
 
-def _with_keyframes(motion: Any, t: np.ndarray, keyframes: Keyframes, colour: str) -> list[_Copies]:
+def _with_keyframes(motion: Moving, t: np.ndarray, keyframes: Keyframes, colour: str) -> list[_Copies]:
     """Copies at times and at keyframes, none twice."""
     # Relative to their span: seconds since 1970 are all alike relative to their size.
     between = t[~np.isclose(t[:, None], keyframes.times, rtol=0, atol=1e-9 * np.ptp(t)).any(axis=1)]
@@ -253,7 +253,7 @@ def _time_axis(axes: Axes, copies: list[_Copies]) -> None:
     axes.set_xlabel("time")
 
 
-def _times(motion: Any, times: int | ArrayLike) -> np.ndarray:
+def _times(motion: Moving, times: int | ArrayLike) -> np.ndarray:
     if isinstance(times, int | np.integer):
         if times < 1:
             raise InputError(f"times {times}: 1 or more bodies are needed")
@@ -264,7 +264,7 @@ def _times(motion: Any, times: int | ArrayLike) -> np.ndarray:
     return np.sort(t)
 
 
-def _dense(motion: Any) -> np.ndarray:
+def _dense(motion: Moving) -> np.ndarray:
     """(N,) times close enough for a smooth path, however many keyframes there are."""
     basis = getattr(motion, "basis", None)
     spans = 50 if basis is None else len(basis.breakpoints)

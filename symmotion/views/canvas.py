@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -11,17 +10,17 @@ from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 
 from symmotion.errors import InputError
-from symmotion.views.style import STYLE
+from symmotion.views.style import STYLE, Settings
 
 # Markers beyond this many would run together, and fill a file.
 MOST_MARKERS = 60
 
 # Inches. Set at the width of a column, 3.3 inches, the smallest letters are still 6 points high.
 WIDTH, HEIGHT = 4.5, 2.9
-FONT: dict[Any, Any] = {"font.size": 10, "axes.labelsize": 10, "xtick.labelsize": 9, "ytick.labelsize": 9}
+FONT: Settings = {"font.size": 10, "axes.labelsize": 10, "xtick.labelsize": 9, "ytick.labelsize": 9}
 
 
-def require_axes(axes: Any) -> None:
+def require_axes(axes: object) -> None:
     """Raise InputError unless axes are None or ordinary matplotlib Axes."""
     if axes is not None and (not isinstance(axes, Axes) or axes.name != "rectilinear"):
         kind = f"{axes.name} axes" if isinstance(axes, Axes) else f"a {type(axes).__name__}"
@@ -95,13 +94,13 @@ def require_kind(kind: str, known: tuple[str, ...]) -> None:
         raise InputError(f"kind {kind!r} is unknown; there are {', '.join(known)}")
 
 
-def require_colour(colour: Any) -> None:
+def require_colour(colour: object) -> None:
     """Raise InputError unless matplotlib knows the colour."""
     if not is_color_like(colour):
         raise InputError(f"colour {colour!r}: a colour of matplotlib such as '#0072b2' or 'black' is needed")
 
 
-def as_numbers(values: Any, what: str) -> np.ndarray:
+def as_numbers(values: object, what: str) -> np.ndarray:
     """Values as an array of finite floats; InputError with `what` where they are none."""
     try:
         numbers = np.asarray(values, dtype=float)

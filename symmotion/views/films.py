@@ -31,6 +31,7 @@ HEIGHTS = (240, 640)
 MOST_BYTES = 512 * 2**20
 
 # From a time to polygons on the picture, back to front, and their colours.
+# Any: Matplotlib has no type for an array of colours.
 Picture = Callable[[float], tuple[list[np.ndarray], Any]]
 
 

@@ -1,12 +1,13 @@
 """Motions and curves that are no moving body, by one call: body rates, surfaces, deviations, coordinates."""
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from numpy.typing import ArrayLike
 
+from symmotion.curves import Curve
 from symmotion.errors import InputError
 from symmotion.motions import RigidSamples, TwoParameterMotion
 from symmotion.motions.interpolants.slerps import SegmentCurve
@@ -121,7 +122,7 @@ def plot_deviations(samples: RigidSamples, axes: Axes | None = None) -> Axes:
     return target
 
 
-def plot_curve(curve: Any, axes: Axes | None = None, *, label: str | None = None) -> Axes:
+def plot_curve(curve: Curve, axes: Axes | None = None, *, label: str | None = None) -> Axes:
     """A curve: in the plane its path with a dot at every joint, else its coordinates over time; returns the axes."""
     require_axes(axes)
     t = _instants(curve)
@@ -151,7 +152,7 @@ def plot_curve(curve: Any, axes: Axes | None = None, *, label: str | None = None
     return target
 
 
-def _instants(motion: Any) -> np.ndarray:
+def _instants(motion: QuaternionMotion | SegmentCurve | Curve) -> np.ndarray:
     """Times close enough for a smooth line, at most 1000 and the joints, where rates may jump, from both sides."""
     if isinstance(motion, SegmentCurve):
         joints = motion.times

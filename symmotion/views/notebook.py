@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib import resources
-from typing import Any
+from typing import Any, TypeAlias
 
 import matplotlib
 import numpy as np
@@ -31,6 +31,8 @@ from symmotion.views.solutions import keyframe_multipliers
 from symmotion.views.style import new_figure
 from symmotion.views.svg import as_svg
 
+Thing: TypeAlias = Any  # whatever there is to show, by what it has
+
 MOST_PRICES = 5
 MOST_TEXT = 2000  # letters of a message or name
 
@@ -51,7 +53,7 @@ class Display:
         return _template().render(vars(self))
 
 
-def html_of(thing: Any) -> str:  # Any: whatever there is to show
+def html_of(thing: Thing) -> str:
     """A motion, solution, comparison or fairing result, as HTML."""
     match thing:
         case Solution():
@@ -63,7 +65,7 @@ def html_of(thing: Any) -> str:  # Any: whatever there is to show
     return motion_html(thing)
 
 
-def motion_html(motion: Any) -> str:
+def motion_html(motion: Thing) -> str:
     """A motion, as HTML: what it is, and its own picture."""
     picture, notes = _picture(motion.plot)
     return Display(type(motion).__name__, "", tuple(_motion_facts(motion)), (), notes, picture).html()
@@ -146,7 +148,7 @@ def fairing_html(result: FairingResult) -> str:
     return Display("FairingResult", headline, tuple(facts), (), message + notes, picture).html()
 
 
-def _motion_facts(motion: Any) -> list[tuple[str, Cell]]:
+def _motion_facts(motion: Thing) -> list[tuple[str, Cell]]:
     facts: list[tuple[str, Cell]] = []
     name = getattr(motion, "name", "")
     if name:
@@ -198,7 +200,7 @@ def _program_text(program: Program) -> tuple[str, str]:
     return f"Program: {program.unknowns} unknowns, {program.conditions} conditions", _short(str(program))
 
 
-def _picture(draw: Callable[[Axes], Any]) -> tuple[Markup | str, tuple[str, ...]]:
+def _picture(draw: Callable[[Axes], object]) -> tuple[Markup | str, tuple[str, ...]]:
     """A picture as SVG, or none and the reason."""
     try:
         with new_figure(WIDTH, HEIGHT) as figure:

@@ -60,7 +60,11 @@ def lit(faces: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
 
 
 def draw_faces(
-    axes: Axes, faces: Sequence[np.ndarray] | np.ndarray, colours: np.ndarray, edges: Any = None, **style: Any
+    axes: Axes,
+    faces: Sequence[np.ndarray] | np.ndarray,
+    colours: np.ndarray,
+    edges: ArrayLike | None = None,
+    **style: Any,  # as the PolyCollection takes it
 ) -> None:
     """Faces (P, 3) in the directions of a view, what is far behind what is near.
 

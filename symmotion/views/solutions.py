@@ -14,6 +14,7 @@ from symmotion.solvers import Solution
 from symmotion.splines import Spline
 
 
+# Any: of a kind that is drawn, each in its own way.
 def motion_or_none(solution: Solution) -> Any:
     """The solution's motion or curve, None where it has no picture: it is not finite, or of a kind not drawn."""
     if not np.isfinite(solution.x).all() or not hasattr(solution.program.design, "motion"):

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeAlias
 
 import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
+
+Settings: TypeAlias = dict[Any, Any]  # so Matplotlib types its settings
 
 # Each has a contrast of 3 or more on white and on the dark page, and all pairs stay apart in normal,
 # deuteranopic, protanopic and tritanopic sight; the last is ink, which turns light on the dark page.
@@ -19,7 +21,7 @@ METHODS = {
     "newton-sparse": (COLOURS[3], "v"),
     "ipopt-plain": (COLOURS[4], "D"),
 }
-STYLE: dict[Any, Any] = {  # Any: so Matplotlib types its settings
+STYLE: Settings = {
     "axes.prop_cycle": cycler(color=COLOURS),
     "axes.spines.top": False,
     "axes.spines.right": False,
