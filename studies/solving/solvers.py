@@ -183,7 +183,7 @@ def _conclusion(family: list[Run], speed: list[Run]) -> str:
         mine = [r for r in family if r.method == "elimination" and f", {angle}°" in r.case]
         return f"{sum(r.certified for r in mine)} of {len(mine)}"
 
-    saddles = sum(r.status == "solved" and r.inertia == "indefinite" for r in family if r.method == "elimination")
+    saddles = sum(r.status == "saddle" for r in family if r.method == "elimination")
     newton, mapped, plain = (_total(speed, m, 100) for m in ("newton", "ipopt", "ipopt-plain"))
     large, mapped_large = (_total(speed, m, 1000) for m in ("newton", "ipopt"))
     if not (newton and mapped and plain and large and mapped_large):

@@ -157,7 +157,8 @@ class AffineDesign:
         controls[:, : self.channels] = start[UNKNOWN] + self.origin[: self.channels]
         terms = terms_of(self.objective, self.space, controls)
         given = [self._interpolation(*group) for group in self._given]
-        return assembled(start, terms, given, self.constraints, self.setting, self)
+        lengths = {UNKNOWN: slice(self.keyframes.dimension**2, None)}
+        return assembled(start, terms, given, self.constraints, self.setting, self, lengths)
 
     @cached_property
     def _given(self) -> Groups:

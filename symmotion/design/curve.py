@@ -238,7 +238,8 @@ class CurveDesign:
             self._require_determined()
         start = self._start()
         terms = terms_of(self.objective, self.space, start)
-        return assembled({UNKNOWN: start}, terms, given, self.constraints, self.setting, self)
+        lengths = {UNKNOWN: slice(None)}
+        return assembled({UNKNOWN: start}, terms, given, self.constraints, self.setting, self, lengths)
 
     @cached_property
     def _kept(self) -> dict[str, np.ndarray]:

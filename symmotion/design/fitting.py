@@ -134,7 +134,8 @@ class FitDesign:
         terms = [self._data_term()] if len(self.followed) else []
         if self.objective:
             terms += terms_of(self.objective, self.space, self.start.control_points)
-        program = Program(start, tuple(terms), tuple(built(self.constraints, self.setting, [])), self)
+        lengths, given = {UNKNOWN: slice(self.samples.dimension**2, None)}, built(self.constraints, self.setting, [])
+        program = Program(start, tuple(terms), tuple(given), self, lengths=lengths)
         if any(not isinstance(c, ExactSamples) for c in self.constraints):
             require_independent(program)
         return program

@@ -155,7 +155,8 @@ class FreeTimesDesign:
 
             terms.append(self.space.integral(name, expression, squares, nodes, weight))
         given = [*self._interpolation(), *self._steps()]
-        return assembled(self.unknowns(motion), terms, given, self.constraints, self.setting, self)
+        lengths = {UNKNOWN: slice(self.keyframes.dimension**2, self.channels)}
+        return assembled(self.unknowns(motion), terms, given, self.constraints, self.setting, self, lengths)
 
     @cached_property
     def _given(self) -> Groups:

@@ -112,7 +112,8 @@ class PoseDesign:
         controls = np.concatenate([self.turning.start.control_points, self.start], axis=1)
         turning = self.turning
         given = [*turning.given(), *self._places()]
-        return assembled({UNKNOWN: controls}, turning.terms(), given, turning.constraints, self.setting, self)
+        start, lengths = {UNKNOWN: controls}, {UNKNOWN: slice(4, None)}
+        return assembled(start, turning.terms(), given, turning.constraints, self.setting, self, lengths)
 
     @cached_property
     def placed(self) -> np.ndarray:

@@ -49,10 +49,14 @@ def assembled(
     constraints: Sequence[MotionConstraint],
     setting: Setting,
     design: DesignT,
+    lengths: Mapping[str, slice] | None = None,
 ) -> Program[DesignT]:
-    """The program of a question: the conditions given, and the constraints beside them, which are independent."""
+    """The program of a question: the conditions given, and the constraints beside them, which are independent.
+
+    lengths: as of a `Program`.
+    """
     extra = built(constraints, setting, given)
-    program = Program(start, tuple(terms), (*given, *extra), design)
+    program = Program(start, tuple(terms), (*given, *extra), design, lengths=lengths or {})
     if extra:
         require_independent(program)
     return program

@@ -11,6 +11,7 @@ from symmotion.kernels.kernel import Kernel
 from symmotion.kernels.mapped import Kernels, Mapped, kernel_function
 from symmotion.program.state import made_of
 
+EPS = float(np.finfo(float).eps)
 WHOLE = ""  # the variable of a block that reads the vector of all unknowns, as one column
 
 
@@ -68,6 +69,10 @@ class Block:
     def rows(self, controls: np.ndarray) -> np.ndarray:
         """(E · Q, rows · channels) what each node reads from the controls (n, all channels)."""
         return (self.operator @ controls[:, self.channels]).reshape(self.count, -1)
+
+    def sizes(self, controls: np.ndarray) -> np.ndarray:
+        """(E · Q, rows · channels) the absolute values that `rows` sums up, from those of the controls."""
+        return (abs(self.operator) @ controls[:, self.channels]).reshape(self.count, -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +173,25 @@ class BlockEvaluator:
         """(n, channels) the weighted slopes at the nodes (E · Q, rows · channels), brought to the controls."""
         slopes *= self.block.weights[:, None]
         return self.block.transposed @ slopes.reshape(-1, self.block.kernel.channels)
+
+    def rounding(self, z: np.ndarray, size: np.ndarray) -> float:
+        """The rounding of Σ w φ, where every number of z sums up to size; the two have the same shape.
+
+        Of a sum of squares it is the square of the residuals' rounding, which what is far from zero does not
+        drown: ½ ε² Σ w sᵀ|H|s with H the Gauss–Newton part; else ε Σ w |φ|.
+        """
+        block = self.block
+        if not block.kernel.squares:
+            return EPS * float(block.weights @ np.abs(self.density(z)).ravel())
+        rows, channels = block.kernel.rows, block.kernel.channels
+        size, parts = size.reshape(block.count, rows, channels), np.empty(block.count)
+
+        def use(nodes: slice, outputs: list[np.ndarray]) -> None:
+            hessian = np.abs(outputs[0]).reshape(-1, rows, rows, channels, channels)
+            parts[nodes] = np.einsum("nabij,nai,nbj->n", hessian, size[nodes], size[nodes], optimize=True)
+
+        self.prepare("hessian").each(use, z, block.data, self._mu(None), np.zeros((block.count, 1)))
+        return 0.5 * EPS**2 * float(block.weights @ parts)
 
     def line(self, z: np.ndarray, direction: np.ndarray) -> np.ndarray:
         """(5,) coefficients of the quartic Σ w φ(z + α direction)."""

@@ -67,6 +67,14 @@ class Evaluator:
         self.seconds += perf_counter() - began
         return float(value)
 
+    def rounding(self, x: np.ndarray) -> float:
+        """What of the objective is rounding, see `BlockEvaluator.rounding`: no decrease below it can be told."""
+        arrays = self.program.arrays(np.abs(x))
+        sizes = [e.block.sizes(arrays[e.block.variable]) for e in self.terms]
+        return sum(
+            (e.rounding(z, s) for e, z, s in zip(self.terms, self._rows(self.terms, x), sizes, strict=True)), 0.0
+        )
+
     def gradient(self, x: np.ndarray) -> np.ndarray:
         """(unknowns,) ∇f."""
         began = perf_counter()

@@ -135,6 +135,7 @@ class Program(Generic[DesignT]):
         unknowns x, one vector of all of them in this order, row by row.
     terms: blocks whose sum is the objective; constraints: each with a multiplier per component.
     design: turns x back into a motion. build_seconds: what making the program took.
+    lengths: by name, the channels that are lengths in the user's unit; the others are pure numbers.
 
     The Lagrangian is L = Σ terms + λᵀg, so that the optimum changes by −λ with the data that
     g subtracts.
@@ -145,6 +146,7 @@ class Program(Generic[DesignT]):
     constraints: tuple[Constraint, ...]
     design: DesignT
     build_seconds: float | None = None
+    lengths: Mapping[str, slice] = field(default_factory=dict)
     # Derived structure (patterns, null-space bases), shared by programs that differ in data only.
     structure: Structure = field(default_factory=Structure, repr=False)
 
@@ -169,6 +171,16 @@ class Program(Generic[DesignT]):
     def x0(self) -> np.ndarray:
         """(unknowns,) the start value."""
         return self.pack(self.start)
+
+    @cached_property
+    def unit(self) -> np.ndarray:
+        """(unknowns,) what counts as one, of each unknown: for lengths the extent of the start, 1 for pure numbers."""
+        units = {name: np.ones(value.shape) for name, value in self.start.items()}
+        for name, channels in self.lengths.items():
+            values = self.start[name][:, channels]
+            extent = float(np.ptp(values, axis=0).max(initial=0.0)) or float(np.abs(values).max(initial=0.0)) or 1.0
+            units[name][:, channels] = extent
+        return self.pack(units)
 
     def pack(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Named arrays as one vector x."""

@@ -33,7 +33,7 @@ def comparison_result(
     sentences = []
     for k, (name, comparison) in enumerate(comparisons.items()):
         best = comparison.best
-        if best is None or best.inertia == "indefinite":
+        if best is None:
             sentences.append(f"{name}: no solver reached a minimum; the table of runs says where each ended.")
             continue
         before = measure(best.program.design.motion(best.program.start), objectives[k])

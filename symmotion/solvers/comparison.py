@@ -36,14 +36,13 @@ class Comparison:
 
     @property
     def best(self) -> Solution | None:
-        """The solved one of least objective, minima before saddle points, None where none solved.
+        """The solved one of least objective, None where none solved.
 
         Of those alike to nine digits, the one of least stationarity.
         """
         solved = [s for s in self.solutions if s.status is Status.SOLVED]
-        minima = [s for s in solved if s.inertia != "indefinite"] or solved
-        least = min((s.objective for s in minima), default=0.0)
-        alike = [s for s in minima if s.objective <= least + 1e-9 * abs(least)]
+        least = min((s.objective for s in solved), default=0.0)
+        alike = [s for s in solved if s.objective <= least + 1e-9 * abs(least)]
         return min(alike, key=lambda s: s.stationarity, default=None)
 
     def agreement(self, solution: Solution) -> tuple[float, float] | None:

@@ -1,7 +1,7 @@
 """What Newton's method does whether the conditions are straight or curved: blend, convexify, step, and see an end."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Protocol
 
@@ -15,8 +15,35 @@ from symmotion.systems import AnyFactor, AnySystem
 # The share θ of the exact Hessian grows tenfold with every step and falls back to LEAST where the matrix
 # is not positive definite: the fewest evaluations of the schedules tried, along straight and curved conditions.
 LEAST, GROW = 1e-3, 10.0
+# A decrement as far below the tolerance leaves nothing to doubt.
+CLEARLY = 0.25
+# Decrements, relative to the first objective, below which the rounding of the objective is asked for.
+NEAR = 1e-10
 # Steps in a row without progress that are the end.
 IDLE = 3
+
+
+class Enough:
+    """When a decrement is small enough: at most tolerance² |f|, or the rounding of f; see `Certificate`.
+
+    At a point that is good to the tolerance one more Newton step squares the error, so that the certificate, which
+    looks at the same figures there, agrees.
+    """
+
+    def __init__(self, tolerance: float, evaluator: Evaluator):
+        self.tolerance, self._evaluator = tolerance, evaluator
+        self._first, self._rounding = None, None
+
+    def __call__(self, decrement: float, objective: float, x: np.ndarray) -> bool:
+        """Whether a decrement is small enough at a point x with this objective."""
+        self._first = self._first or abs(objective)
+        if decrement <= CLEARLY * self.tolerance**2 * abs(objective):
+            return True
+        if decrement > NEAR * self._first:
+            return False
+        if self._rounding is None:
+            self._rounding = self._evaluator.rounding(x)
+        return decrement <= self._rounding
 
 
 @dataclass
@@ -24,14 +51,14 @@ class Point:
     """What is seen from where a descent stands.
 
     row: the log's, without the step; gradient: ∇f (unknowns,); matrix: M in the order of the system's pattern;
-    finite: whether all of it is; converged: whether the first-order conditions hold to the tolerance.
+    finite: whether all of it is; step: the Newton step (unknowns,) of the factor last asked for.
     """
 
     row: Iteration
     gradient: np.ndarray
     matrix: np.ndarray
     finite: bool
-    converged: bool
+    step: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
 class Course(Protocol):
@@ -64,8 +91,12 @@ class Course(Protocol):
         """The factor of the matrix plus a multiple of the identity, None where none makes it positive definite."""
         ...
 
+    def settled(self, point: Point, factor: AnyFactor) -> bool:
+        """Whether the point is stationary to the tolerance, by the Newton step of a factor, which is kept."""
+        ...
+
     def outward(self, point: Point) -> np.ndarray | None:
-        """A direction of negative curvature at a stationary point, None where there is none."""
+        """A direction of negative curvature of the exact Hessian at a stationary point, None where there is none."""
         ...
 
     def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
@@ -73,7 +104,7 @@ class Course(Protocol):
         ...
 
     def rest(self, point: Point, factor: AnyFactor) -> None:
-        """What is left to do at a converged point; factor: None where M is not positive definite."""
+        """What is left to do at a stationary point; factor: None where M is not positive definite."""
         ...
 
 
@@ -90,22 +121,28 @@ def descend(course: Course, theta: float) -> tuple[Failure | None, bool]:
         if not point.finite:
             journal.add(point.row)
             return (Status.DIVERGED, course.strange), fell_back
-        if point.converged and theta < 1.0:
-            theta, point.matrix = 1.0, course.matrix(1.0)
         factor = journal.timed(course.system.factorise, point.matrix)
-        inertia = None if theta < 1.0 else "positive" if factor is not None else "indefinite"
-        row = replace(point.row, inertia=inertia)
-        outward = course.outward(point) if point.converged and factor is None else None
-        if point.converged and outward is None:
-            journal.add(row)
-            course.rest(point, factor)
-            return None, fell_back
-        ending = None
-        if factor is None and (outward is None or course.corrects):
-            factor, theta, fell = _convexified(course, point, theta)
-            fell_back = fell_back or fell
+        settled = factor is not None and course.settled(point, factor)
+        if settled and theta < 1.0:
+            theta, point.matrix = 1.0, course.matrix(1.0)
+            factor = journal.timed(course.system.factorise, point.matrix)
+            settled = factor is not None and course.settled(point, factor)
+        exact = theta == 1.0
+        row = replace(point.row, inertia=None if not exact else "positive" if factor is not None else "indefinite")
+        outward, ending = None, None
+        if factor is None:
+            factor, least, fell = _convexified(course, point, theta)
             if factor is None:
                 ending = Status.FAILED, "the saddle system is singular: conditions are redundant or contradict"
+            elif course.settled(point, factor) and exact:
+                outward = course.outward(point)
+                settled = outward is None
+            if outward is None or course.corrects:
+                theta, fell_back = least, fell_back or (fell and not settled)
+        if settled:
+            journal.add(row)
+            course.rest(point, factor if row.inertia == "positive" else None)
+            return None, fell_back
         if idle > IDLE:
             ending = ending or (Status.STALLED, course.idle)
         ending = ending or journal.ending()
@@ -133,17 +170,20 @@ def _convexified(course: Course, point: Point, theta: float) -> tuple[AnyFactor,
 
 
 def shifted(
-    system: AnySystem, matrix: np.ndarray, shifts: Iterator[float], scale: float, journal: Journal
+    course: Course, matrix: np.ndarray, shifts: Iterator[float], scale: float | None = None
 ) -> tuple[AnyFactor, float]:
     """The factor of a matrix plus the first of growing multiples of the identity that make it positive definite.
 
-    shifts: what is added one after the other, times scale; the last one is returned beside the factor, which is
-    None where they are used up.
+    The identity is that of the program's own units. shifts: what is added one after the other, times scale, which is
+    the largest entry of the diagonal when left out; the last one is returned beside the factor, which is None where
+    they are used up.
     """
-    shift = 0.0
+    system, shift = course.system, 0.0
+    identity = system.on_diagonal(course.evaluator.program.unit) ** -2.0
+    scale = largest(matrix[system.diagonal] / identity) or 1.0 if scale is None else scale
     for shift in shifts:
-        matrix[system.diagonal] += shift * scale
-        factor = journal.timed(system.factorise, matrix)
+        matrix[system.diagonal] += shift * scale * identity
+        factor = course.journal.timed(system.factorise, matrix)
         if factor is not None:
             return factor, shift
     return None, shift

@@ -9,12 +9,12 @@ from scipy.linalg import LinAlgError, solve_banded
 from symmotion.checks import choice, positive
 from symmotion.errors import InputError
 from symmotion.program import DesignT, Evaluator, Program
-from symmotion.solvers.descent import largest
+from symmotion.solvers.descent import Enough, largest
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.options import require_limits
 from symmotion.solvers.solution import Iteration, Solution, Status
 from symmotion.solvers.solver import conclude, require_equalities, start_vector
-from symmotion.systems import Condensed, gradient_scale
+from symmotion.systems import Condensed
 
 BLOW_UP = 1e12  # growth of the objective that counts as divergence
 
@@ -28,7 +28,7 @@ class Elimination:
 
     damping: HJK's λ, 0 < λ ≤ 1. stages: "degree" (raised one by one) or "knots" (inserted
     gradually), each stage starting from the optimum of the one before; None for all at once.
-    tolerance: on stationarity relative to `gradient_scale`. max_iterations: of a stage.
+    tolerance: of the certificate, see `Certificate.holds`. max_iterations: of a stage.
     time_limit, callback: as ExactNewton's.
     """
 
@@ -90,23 +90,25 @@ class Elimination:
         self, x: np.ndarray, evaluator: Evaluator, system: Condensed, journal: Journal
     ) -> tuple[np.ndarray, np.ndarray, Failure | None]:
         """Newton from x: where it ended, the multipliers there, and what went wrong."""
-        first = evaluator.objective(x)
+        first, enough = evaluator.objective(x), Enough(self.tolerance, evaluator)
         while True:
             objective = evaluator.objective(x)
             gradient, matrix = evaluator.second_order(x, system.pattern)
             multipliers, reduced = system.multipliers(gradient), system.reduced(gradient)
             row = Iteration(objective, largest(reduced), largest(evaluator.violation(x)))
-            scale = gradient_scale(gradient, matrix[system.diagonal], x)
             failure, step = None, None
             if not np.isfinite(objective) or objective > BLOW_UP * max(first, 1.0):
                 failure = Status.DIVERGED, f"the objective grew to {objective:.2g}"
-            elif row.stationarity > self.tolerance * scale:
+            else:
+                try:
+                    step = journal.timed(_solve_symmetric, system.lower_bands(matrix), -reduced)
+                except LinAlgError:
+                    failure = Status.FAILED, "the reduced Hessian is singular"
+            if step is not None and not enough(0.5 * abs(float(reduced @ step)), objective, x):
                 failure = journal.ending()
-                if failure is None:
-                    try:
-                        step = journal.timed(_solve_symmetric, system.lower_bands(matrix), -reduced)
-                    except LinAlgError:
-                        failure = Status.FAILED, "the reduced Hessian is singular"
+                step = step if failure is None else None
+            else:
+                step = None
             if step is None:
                 journal.add(row)
                 return x, multipliers, failure

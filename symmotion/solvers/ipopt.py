@@ -13,12 +13,13 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
+from symmotion.solvers.descent import largest
 from symmotion.solvers.journal import Callback, Journal
 from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.solvers.solver import Solver, conclude, start_vector
-from symmotion.systems import HessianTriangle, gradient_scale
+from symmotion.systems import HessianTriangle
 
 IpoptOption: TypeAlias = str | float | int
 # What CasADi hands back of a solve. Any: numbers, texts and lists, by name.
@@ -29,6 +30,8 @@ TAKEN = {"tol": "tolerance", "max_iter": "max_iterations", "max_wall_time": "tim
 CASADI = {"print_time": False, "record_time": True, "show_eval_warnings": False}
 # `Opti` differentiates and expands while it solves, without the interpreter's lock: two at a time crash.
 SYMBOLIC = Lock()
+# IPOPT's own test against that of the certificate, which does not depend on units: an iteration more.
+FINER = 1e-4
 ENDINGS = {
     "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
     "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
@@ -41,7 +44,7 @@ ENDINGS = {
 class Ipopt:
     """IPOPT (interior point, filter line search) through CasADi; takes inequalities and nonlinear constraints.
 
-    tolerance: IPOPT's, and on its unscaled dual and primal infeasibility.
+    tolerance: of the certificate, see `Certificate.holds`; IPOPT itself goes on to a ten-thousandth of it.
     kernels, threads, time_limit: as ExactNewton's. callback: called with every `Iteration`, IPOPT's own figures, before
         the step from there is known; where it returns True the solve stops.
     options: IPOPT's own by their own names, {"mu_strategy": "adaptive"}; InputError where IPOPT refuses them.
@@ -119,9 +122,9 @@ def ipopt_settings(solver: Solver, evaluator: Evaluator, x0: np.ndarray, journal
         "obj_scaling_factor": 1.0 / unit,
         "print_level": 0,
         "sb": "yes",
-        "tol": solver.tolerance,
-        "dual_inf_tol": solver.tolerance * unit,
-        "constr_viol_tol": solver.tolerance,
+        "tol": FINER * solver.tolerance,
+        "dual_inf_tol": FINER * solver.tolerance * unit,
+        "constr_viol_tol": FINER * solver.tolerance,
         "acceptable_iter": 0,
         "max_iter": solver.max_iterations,
     }
@@ -129,11 +132,12 @@ def ipopt_settings(solver: Solver, evaluator: Evaluator, x0: np.ndarray, journal
 
 
 def _unit(evaluator: Evaluator, x: np.ndarray) -> float:
-    """The part of `gradient_scale` that is not the gradient's own."""
+    """What the gradient is like, at most 1: its size at the start, or away from there where the start is stationary."""
     triangle = HessianTriangle.of(evaluator.program)
-    _, hessian = evaluator.second_order(x, triangle.pattern, np.zeros(evaluator.program.conditions))
-    usual = gradient_scale(np.zeros(0), hessian[triangle.diagonal], x)
-    return usual if np.isfinite(usual) else 1.0
+    gradient, hessian = evaluator.second_order(x, triangle.pattern, np.zeros(evaluator.program.conditions))
+    usual = min(1.0, largest(hessian[triangle.diagonal]) * largest(x))
+    unit = min(usual, largest(gradient)) or usual
+    return unit if np.isfinite(unit) and unit > 0 else 1.0
 
 
 def _solved(

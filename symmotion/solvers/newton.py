@@ -9,13 +9,13 @@ from symmotion.checks import choice
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
-from symmotion.solvers.descent import LEAST, Point, descend, largest, shifted, tenfold
+from symmotion.solvers.descent import LEAST, Enough, Point, descend, largest, shifted, tenfold
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.solution import Iteration, Solution
 from symmotion.solvers.solver import conclude, require_equalities, start_multipliers, start_vector
 from symmotion.solvers.sqp import Curved
-from symmotion.systems import AnyFactor, AnySystem, Condensed, Saddle, gradient_scale, system_of
+from symmotion.systems import AnyFactor, AnySystem, Condensed, Saddle, system_of
 
 # A Gauss–Newton matrix may be only semidefinite (motions that stay rigid to first order cost nothing):
 # the first multiple of the identity tried then, relative to the diagonal.
@@ -25,6 +25,8 @@ FIRST_SHIFT = 1e-4
 MOST_SHIFT = 1e6  # relative to the diagonal
 # A relative decrease that cannot be told from rounding.
 ROUNDING = 1e-15
+# Slopes of f along the Newton step, relative to f, below which a line search follows rounding.
+LOCAL = 1e-12
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class ExactNewton:
     Nonlinear equalities are linearised at every iterate (SQP, see `sqp.Curved`): M is the blend
     with the Hessian of the Lagrangian, and the merit function is f + μ ‖g‖₁.
 
-    tolerance: on stationarity relative to `gradient_scale`. max_iterations: of a descent.
+    tolerance: of the certificate, see `Certificate.holds`. max_iterations: of a descent.
     system: "condensed" (banded, where the conditions decouple), "sparse" (LDLᵀ, any
         equalities), or "auto", by the program's structure.
     kernels: "compiled" by the machine's C compiler, which takes most objectives less than a second,
@@ -167,7 +169,7 @@ class Straight:
     ):
         self.evaluator, self.system, self.journal, self.blend = evaluator, system, journal, blend
         self.x, self.multipliers = x, np.empty(0)
-        self._tolerance, self._shift = tolerance, FIRST_SHIFT
+        self._enough, self._shift = Enough(tolerance, evaluator), FIRST_SHIFT
         self._objective = evaluator.objective(x)
         # Steps along linear conditions leave it as it is up to rounding, which the certificate tells.
         self._violation = largest(evaluator.violation(x))
@@ -175,11 +177,9 @@ class Straight:
     def look(self, theta: float) -> Point:
         gradient, matrix = self.evaluator.second_order(self.x, self.system.pattern, theta=theta)
         self.multipliers = self.system.multipliers(gradient)
-        stationarity = largest(self.system.reduced(gradient))
         finite = bool(np.isfinite(self._objective) and np.isfinite(matrix).all())
-        scale = gradient_scale(gradient, matrix[self.system.diagonal], self.x)
-        row = Iteration(self._objective, stationarity, self._violation)
-        return Point(row, gradient, matrix, finite, stationarity <= self._tolerance * scale)
+        row = Iteration(self._objective, largest(self.system.reduced(gradient)), self._violation)
+        return Point(row, gradient, matrix, finite)
 
     def matrix(self, theta: float) -> np.ndarray:
         return self.evaluator.second_order(self.x, self.system.pattern, theta=theta)[1]
@@ -188,19 +188,25 @@ class Straight:
         squares = all(b.kernel.squares for b in self.evaluator.program.terms)
         # The second descent remembers what it needed last.
         first = self._shift if not self.blend else RIDGE if squares else LEAST
-        scale = largest(matrix[self.system.diagonal]) or 1.0
         # A matrix that no multiple of the identity of this size mends is singular in its conditions.
-        factor, shift = shifted(self.system, matrix, tenfold(first, most=MOST_SHIFT), scale, self.journal)
+        factor, shift = shifted(self, matrix, tenfold(first, most=MOST_SHIFT))
         self._shift = max(shift / 3, RIDGE)
         return factor
 
+    def settled(self, point: Point, factor: AnyFactor) -> bool:
+        point.step = self.journal.timed(self.system.step, factor, point.gradient)
+        return self._enough(-0.5 * float(point.gradient @ point.step), self._objective, self.x)
+
     def outward(self, point: Point) -> np.ndarray | None:
-        return self.journal.timed(self.system.negative_curvature, point.matrix)
+        return self.journal.timed(self.system.curvature, self.matrix(1.0)).direction
 
     def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
-        step = self.journal.timed(self.system.step, factor, point.gradient) if outward is None else outward
+        step = point.step if outward is None else outward
         before, slope = self._objective, float(point.gradient @ step)
-        length, self._objective = self._length(step, slope, exact=self.blend or point.converged)
+        if outward is None and -slope <= LOCAL * abs(before):
+            length, self._objective = 1.0, self.evaluator.objective(self.x + step)
+        else:
+            length, self._objective = self._length(step, slope, exact=self.blend or outward is not None)
         self.x = self.x + length * step
         # Less than the rounding of the objective is no progress either.
         return length, self._objective < before - ROUNDING * abs(before)

@@ -26,6 +26,11 @@ class Kept:
     def __init__(self):
         self.error: BaseException | None = None
 
+    def check(self) -> None:
+        """Raise what was kept, if anything was."""
+        if self.error is not None:
+            raise self.error
+
     @contextmanager
     def guard(self) -> Iterator[None]:
         """A time during which handlers of signals raise nothing: what they raise is kept, and raised at the end.

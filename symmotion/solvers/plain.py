@@ -45,7 +45,7 @@ class PlainIpopt:
         evaluator, kept = Evaluator(program), Kept()
         settings = ipopt_settings(self, evaluator, x0, journal)
         with SYMBOLIC, kept.guard():
-            problem = _Problem(program)
+            problem = _Problem(program, kept)
             answer = problem.solve(x0, settings, journal, kept)
             del problem  # while it is alone: it lets go of functions that others use
         return concluded(self, program, "ipopt-plain", answer, journal, evaluator)
@@ -54,8 +54,9 @@ class PlainIpopt:
 class _Problem:
     """The program through `Opti`: one expression, a loop over the nodes, expanded, differentiated as a whole."""
 
-    def __init__(self, program: Program):
-        self._opti = opti = ca.Opti()
+    def __init__(self, program: Program, kept: Kept):
+        self._opti, self._kept = ca.Opti(), kept
+        opti = self._opti
         self._controls = {name: opti.variable(v.shape[1], v.shape[0]) for name, v in program.start.items()}
         self._program = program
         objective = ca.MX(0)
@@ -80,6 +81,7 @@ class _Problem:
         controls = self._controls[block.variable][block.channels, :]
         rows, operator = block.kernel.rows, block.operator
         for node in range(block.count):
+            self._kept.check()
             parts = []
             for row in range(node * rows, (node + 1) * rows):
                 entries = slice(operator.indptr[row], operator.indptr[row + 1])

@@ -16,9 +16,13 @@ from symmotion.systems import Certificate
 
 
 class Status(StrEnum):
-    """How a solve ended. Only SOLVED means that the first-order conditions hold to the solver's tolerance."""
+    """How a solve ended. Only SOLVED means that the certificate holds to the solver's tolerance.
+
+    SADDLE: the first-order conditions hold, and the certificate has a direction in which the objective falls.
+    """
 
     SOLVED = "solved"
+    SADDLE = "saddle"
     ITERATION_LIMIT = "iteration-limit"
     TIME_LIMIT = "time-limit"
     STOPPED = "stopped"
@@ -140,27 +144,26 @@ class Solution(Generic[DesignT]):
 
         None where there are not three that fall, each to less than half.
         """
-        floor = 1e-12 * self.certificate.scale
+        floor = 1e-13 * max((i.stationarity for i in self.log), default=0.0)
         r = [i.stationarity for i in self.log if i.stationarity > floor][-3:]
         if len(r) < 3 or not (r[2] < 0.5 * r[1] < 0.25 * r[0]):
             return None
         return float(np.log(r[-1] / r[-2]) / np.log(r[-2] / r[-3]))
 
     def require(self, tolerance: float | None = None) -> "Solution[DesignT]":
-        """This solution, if it is a minimum to `tolerance` (the solver's own when left out); else SolveError.
+        """This solution, if it is a minimum to `tolerance` (the solver's own when left out), else SolveError.
 
-        Stationarity counts relative to `gradient_scale`, the violation relative to max(1, ‖x‖∞).
+        See `Certificate.holds`.
         """
         tolerance = self.tolerance if tolerance is None else tolerance
         c = self.certificate
-        if not c.holds(tolerance):
-            raise SolveError(
-                f"{self.solver}: {self.status}, stationarity {c.stationarity:.2g}, violation {c.violation:.2g} "
-                f"(tolerance {tolerance:g}){': ' + self.message if self.message else ''}"
-            )
-        if c.inertia == "indefinite":
+        if c.holds(tolerance):
+            return self
+        if c.stationary(tolerance):
             raise SolveError(f"{self.solver}: a saddle point, the Hessian is indefinite along the conditions")
-        return self
+        raise SolveError(
+            f"{self.solver}: {self.status}, {c.wanting(tolerance)}{': ' + self.message if self.message else ''}"
+        )
 
     plot = plot_solution
     _repr_html_ = as_html

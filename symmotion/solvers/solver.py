@@ -99,13 +99,15 @@ def conclude(
     it claims success; evaluator: one of the program, if there is one.
     """
     certificate = certify(program, x, multipliers, evaluator)
-    holds = certificate.holds(solver.tolerance)
-    if failure is None and not holds:
-        failure = (Status.FAILED, "the solver reports success, the certificate does not agree")
+    wanting = certificate.wanting(solver.tolerance)
+    if wanting and failure is None:
+        failure = Status.FAILED, f"the solver reports success, the certificate does not agree: {wanting}"
+    if not wanting:
+        # Whatever stopped the solver.
+        failure = None
+        if not certificate.holds(solver.tolerance):
+            failure = Status.SADDLE, "the Hessian is indefinite along the conditions"
     status, message = failure or (Status.SOLVED, "")
-    if holds and program.equalities_only:
-        # With equalities alone the certificate is the whole of the first-order conditions, whatever stopped the solver.
-        status = Status.SOLVED
     return Solution(
         program,
         repr(solver),

@@ -3,10 +3,10 @@
 import numpy as np
 
 from symmotion.program import Evaluator
-from symmotion.solvers.descent import Point, largest, shifted, tenfold
+from symmotion.solvers.descent import Enough, Point, largest, shifted, tenfold
 from symmotion.solvers.journal import Journal
 from symmotion.solvers.solution import Iteration
-from symmotion.systems import AnyFactor, Saddle, gradient_scale
+from symmotion.systems import AnyFactor, Saddle
 
 RIDGE = 1e-8
 # The share of the linearised violation that the merit's slope must at least account for.
@@ -42,7 +42,7 @@ class Curved:
     ):
         self.evaluator, self.system, self.journal = evaluator, saddle, journal
         self.x, self.multipliers = x, multipliers
-        self._tolerance = tolerance
+        self._enough, self._wanted = Enough(tolerance, evaluator), multipliers
         self._objective, self._violation = 0.0, np.empty(0)
         self._penalty, self._escapes = 0.0, 0
 
@@ -51,12 +51,10 @@ class Curved:
         self._objective, self._violation = evaluator.objective(x), evaluator.violation(x)
         self.system = self.system.at(evaluator.jacobian(x))
         gradient, matrix = self._second_order(theta)
-        stationarity = largest(gradient + self.system.jacobian.T @ self.multipliers)
-        missed = largest(self._violation)
         finite = np.isfinite(self._objective) and np.isfinite(matrix).all() and np.isfinite(self._violation).all()
-        scale = gradient_scale(gradient, matrix[self.system.diagonal], x)
-        converged = stationarity <= self._tolerance * scale and missed <= self._tolerance * max(1.0, largest(x))
-        return Point(Iteration(self._objective, stationarity, missed), gradient, matrix, bool(finite), converged)
+        stationarity = largest(gradient + self.system.jacobian.T @ self.multipliers)
+        row = Iteration(self._objective, stationarity, largest(self._violation))
+        return Point(row, gradient, matrix, bool(finite))
 
     def matrix(self, theta: float) -> np.ndarray:
         return self._second_order(theta)[1]
@@ -67,13 +65,28 @@ class Curved:
 
     def shifted(self, matrix: np.ndarray) -> AnyFactor:
         scale = largest(matrix[self.system.diagonal]) or 1.0
-        shifts = tenfold(RIDGE * scale, most=1e3 * scale)
-        return shifted(self.system, matrix, shifts, 1.0, self.journal)[0]
+        return shifted(self, matrix, tenfold(RIDGE * scale, most=1e3 * scale), scale=1.0)[0]
+
+    def settled(self, point: Point, factor: AnyFactor) -> bool:
+        jacobian, unit = self.system.jacobian, self.evaluator.program.unit
+        right = np.concatenate([-point.gradient, -self._violation])
+        solution = self.journal.timed(self.system.solve, factor, right)
+        point.step, self._wanted = solution[: self.system.n], solution[self.system.n :]
+        reach = abs(jacobian) @ unit
+        missed = largest(self._violation / np.where(reach > 0, reach, 1.0))
+        residual = point.gradient + jacobian.T @ self.multipliers
+        mismatch = largest(unit * (jacobian.T @ (self._wanted - self.multipliers)))
+        tolerance = self._enough.tolerance
+        return (
+            missed <= tolerance
+            and mismatch <= tolerance * largest(unit * point.gradient)
+            and self._enough(0.5 * abs(float(residual @ point.step)), self._objective, self.x)
+        )
 
     def outward(self, point: Point) -> np.ndarray | None:
         if self._escapes == ESCAPES:
             return None
-        direction = self.journal.timed(self.system.negative_curvature, point.matrix)
+        direction = self.journal.timed(self.system.curvature, self.matrix(1.0)).direction
         if direction is None:
             return None
         self._escapes += 1
@@ -84,9 +97,7 @@ class Curved:
     def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
         gradient, violation = point.gradient, self._violation
         if outward is None:
-            right = np.concatenate([-gradient, -violation])
-            solution = self.journal.timed(self.system.solve, factor, right)
-            step, wanted = solution[: self.system.n], solution[self.system.n :]
+            step, wanted = point.step, self._wanted
             self._penalty = self._weighed(float(gradient @ step), wanted)
         else:
             step, wanted = outward, self.multipliers

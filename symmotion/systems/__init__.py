@@ -1,7 +1,8 @@
 """Saddle systems of programs, condensed or sparse, and the certificate of a point."""
 
-from symmotion.systems.certificate import Certificate, certify, gradient_scale, system_of
+from symmotion.systems.certificate import Certificate, certify, system_of
 from symmotion.systems.condensed import Condensed
+from symmotion.systems.curvature import Curvature
 from symmotion.systems.saddle import HessianTriangle, Saddle, kkt_pattern
 from symmotion.systems.system import AnyFactor, AnySystem, System
 
@@ -10,11 +11,11 @@ __all__ = [
     "AnySystem",
     "Certificate",
     "Condensed",
+    "Curvature",
     "HessianTriangle",
     "Saddle",
     "System",
     "certify",
-    "gradient_scale",
     "kkt_pattern",
     "system_of",
 ]

@@ -1,58 +1,92 @@
 """What is true at a point with multipliers, computed the same way whatever solver returned them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import scipy.linalg as la
 from scipy import sparse
 
+from symmotion.checks import array
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.program import Program
 from symmotion.systems.condensed import Condensed
-from symmotion.systems.saddle import HessianTriangle, Saddle
+from symmotion.systems.curvature import EPS
+from symmotion.systems.saddle import Saddle
 from symmotion.systems.system import AnySystem
 
 # Multipliers and distances from a bound below this, relative, count as none: IPOPT's are never exactly zero.
 WEAK = 1e-6
-# A curvature of less than this, relative to the diagonal, counts as zero: the factorisation does not pivot.
-FLAT = 1e-9
+# What sums of some ten numbers may be off by, in roundings of the largest.
+SLOPPY = 64
+# Conditions that are fewer than this in own units, of what the others leave, repeat them.
+DEPENDENT = 1e-12
+# Multiples of the identity that are added to a matrix that is not positive definite, relative to its diagonal.
+LEAST_SHIFT, MOST_SHIFT = 1e-10, 1e6
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """First- and second-order conditions at a point.
+    """First- and second-order conditions at a point x with multipliers λ; r = ∇f + Jᵀλ, M the Hessian of f + λᵀg.
 
-    objective: f; stationarity: ‖∇f + Jᵀλ‖∞; violation: ‖g‖∞, for inequalities the positive part;
-    scale: what a tolerance on stationarity is relative to, see `gradient_scale`; size: max(1, ‖x‖∞),
-    what a tolerance on the violation is relative to.
-    inertia: "positive" where the Hessian is positive definite along the conditions (a strict
-    local minimum), "indefinite" where it is not, "unknown" where rounding leaves it open, or a bound
-    that is met without a multiplier.
+    objective: f; stationarity: ‖r‖∞; violation: ‖g‖∞, for inequalities the positive part.
+    decrement: ½ rᵀM⁻¹r along the conditions, by how much a Newton step would still lower f, whatever the units; where
+        M is not positive there, of M plus a multiple of the identity that is.
+    complementarity: max |λ| · slack, in units of f, slack being the distance from the bound at which λ would have
+        its sign, or what the condition moves by where there is no such bound.
+    inertia: of M along the equalities and the bounds that press: "positive" definite (a strict local minimum), "flat"
+        (zero), "indefinite" (no minimum), or "unknown", where rounding leaves it open or a bound that is met
+        without a multiplier excludes the direction.
+    rounding: of f, see `Evaluator.rounding`, where the decrement is not far below f, else 0.
+    mismatch, missed, pressing: the part of r that multipliers should cancel, the violation and the complementarity
+        relative to the program's own units.
+    weak: names of bounds that are met without a multiplier. degenerate: whether active conditions depend on each
+        other, which leaves multipliers open.
     """
 
     objective: float
     stationarity: float
     violation: float
+    decrement: float
+    complementarity: float
     inertia: str
-    scale: float
-    size: float
+    rounding: float = 0.0
+    mismatch: float = 0.0
+    missed: float = 0.0
+    pressing: float = 0.0
+    weak: tuple[str, ...] = ()
+    degenerate: bool = False
 
     def holds(self, tolerance: float) -> bool:
-        """Whether the first-order conditions hold to a tolerance."""
-        return bool(
-            np.isfinite(self.objective)
-            and self.stationarity <= tolerance * self.scale
-            and self.violation <= tolerance * self.size
-        )
+        """Whether the point is a minimum to a tolerance, as far as first and second derivatives tell.
+
+        That is a decrement of at most tolerance² |f|, so that x is good to about the tolerance, or the rounding of f;
+        and the relative figures at most the tolerance. With an inertia that is "unknown" it may be a saddle point.
+        """
+        return self.inertia != "indefinite" and self.stationary(tolerance)
+
+    def stationary(self, tolerance: float) -> bool:
+        """Whether the first-order conditions hold, those of a saddle point too."""
+        return not self.wanting(tolerance)
+
+    def wanting(self, tolerance: float) -> str:
+        """What of the first-order conditions does not hold to a tolerance, in words; nothing where they hold."""
+        if not np.isfinite(self.objective):
+            return "the objective, a condition or a derivative is not finite"
+        most = max(tolerance * tolerance * abs(self.objective), self.rounding)
+        found = []
+        if not self.decrement <= most:
+            found.append(f"decrement {self.decrement:.2g} ({most:.2g} is small enough)")
+        relative = {
+            "a violation": self.missed,
+            "multipliers off by": self.mismatch,
+            "multipliers that press without touching, or to the wrong side,": self.pressing,
+        }
+        found += [f"{what} {value:.2g} in own units" for what, value in relative.items() if not value <= tolerance]
+        return ", ".join(found) + (f" (tolerance {tolerance:g})" if found else "")
 
 
-def gradient_scale(gradient: np.ndarray, diagonal: np.ndarray, x: np.ndarray) -> float:
-    """What a tolerance on stationarity is relative to: max(‖∇f‖∞, min(1, ‖diag H‖∞ ‖x‖∞)).
-
-    The second part is what gradients are like away from the optimum. In small units it is small,
-    where a tolerance on the gradient as such would accept the start.
-    """
-    usual = float(np.abs(diagonal).max(initial=0.0)) * float(np.abs(x).max(initial=0.0))
-    return max(float(np.abs(gradient).max(initial=0.0)), min(1.0, usual)) or 1.0
+NOWHERE = Certificate(*[float("nan")] * 5, "unknown", mismatch=np.inf)
 
 
 def system_of(program: Program, evaluator: Evaluator, x: np.ndarray) -> AnySystem:
@@ -64,58 +98,163 @@ def certify(
     program: Program, x: np.ndarray, multipliers: np.ndarray, evaluator: Evaluator | None = None
 ) -> Certificate:
     """The certificate of a point x (unknowns,) with multipliers (conditions,)."""
-    evaluator = evaluator or Evaluator(program)
+    x = array(x, (program.unknowns,), "x", finite=False)
+    multipliers = array(multipliers, (program.conditions,), "multipliers", finite=False)
     if not (np.isfinite(x).all() and np.isfinite(multipliers).all()):
-        nan = float("nan")
-        return Certificate(nan, nan, nan, "unknown", 1.0, 1.0)
-    jacobian, violation = evaluator.jacobian(x), evaluator.violation(x)
-    size = max(1.0, float(np.abs(x).max(initial=0.0)))
-    system = _system_at(program, evaluator, x, multipliers, jacobian, size)
-    shape = system or HessianTriangle.of(program)
-    gradient, hessian = evaluator.second_order(x, shape.pattern, multipliers)
-    return Certificate(
-        objective=evaluator.objective(x),
-        stationarity=float(np.abs(gradient + jacobian.T @ multipliers).max(initial=0.0)),
-        violation=float(np.abs(violation).max(initial=0.0)),
-        inertia="unknown" if system is None else _inertia(system, hessian),
-        scale=gradient_scale(gradient, hessian[shape.diagonal], x),
-        size=size,
-    )
+        return NOWHERE
+    return _Inspection(program, evaluator or Evaluator(program), x, multipliers).certificate()
 
 
-def _system_at(
-    program: Program,
-    evaluator: Evaluator,
-    x: np.ndarray,
-    multipliers: np.ndarray,
-    jacobian: sparse.csr_array,
-    size: float,
-) -> AnySystem | None:
-    """The saddle system along which the Hessian has to be positive: of the equalities and the active bounds.
+@dataclass(frozen=True, eq=False)
+class _Inspection:
+    program: Program
+    evaluator: Evaluator
+    x: np.ndarray
+    multipliers: np.ndarray
 
-    A bound is active where its multiplier is larger than its distance. None where both are zero up
-    to rounding, which decides nothing.
-    """
-    if program.equalities_only:
-        return system_of(program, evaluator, x) if program.linear else Saddle(program, jacobian)
-    equal = program.lower == program.upper
-    values = evaluator.values(x)
-    slack = np.maximum(np.minimum(program.upper - values, values - program.lower), 0.0) / size
-    press = np.abs(multipliers) / max(1.0, float(np.abs(multipliers).max(initial=0.0)))
-    if (np.maximum(slack, press) < WEAK)[~equal].any():
-        return None
-    return Saddle(program, jacobian[np.flatnonzero(equal | (press > slack))])
+    @cached_property
+    def values(self) -> np.ndarray:
+        return self.evaluator.values(self.x)
+
+    @cached_property
+    def jacobian(self) -> sparse.csr_array:
+        return self.evaluator.jacobian(self.x)
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """(conditions,) by how much each condition changes where the unknowns move by their units."""
+        reach = np.asarray(abs(self.jacobian) @ self.program.unit)
+        return np.where(reach > 0, reach, 1.0)
+
+    @cached_property
+    def equal(self) -> np.ndarray:
+        return self.program.lower == self.program.upper
+
+    @cached_property
+    def slack(self) -> np.ndarray:
+        """(conditions,) the distance from the bound that a multiplier of this sign belongs to, relative; 0 outside."""
+        up = self.program.upper - self.values
+        down = self.values - self.program.lower
+        nearest = np.where(self.multipliers > 0, up, np.where(self.multipliers < 0, down, np.minimum(up, down)))
+        return np.where(self.equal, 0.0, np.clip(nearest / self.reach, 0.0, None))
+
+    @cached_property
+    def press(self) -> np.ndarray:
+        """(conditions,) the multipliers in units of f."""
+        return np.abs(self.multipliers) * self.reach
+
+    @cached_property
+    def pressing(self) -> np.ndarray:
+        """(conditions,) whether a condition is kept by its multiplier: equalities, and bounds that press."""
+        heaviest = float(self.press.max(initial=0.0)) or 1.0
+        return self.equal | (self.press / heaviest > self.slack)
+
+    @cached_property
+    def weak(self) -> np.ndarray:
+        """(conditions,) whether a bound is met without a multiplier."""
+        heaviest = float(self.press.max(initial=0.0)) or 1.0
+        met = np.minimum(self.program.upper - self.values, self.values - self.program.lower) / self.reach < WEAK
+        return ~self.equal & met & (self.press / heaviest < WEAK)
+
+    @cached_property
+    def rows(self) -> tuple[np.ndarray, bool]:
+        """Conditions that press and are independent of each other, and whether some are not."""
+        active = np.flatnonzero(self.pressing & ~self.weak)
+        scaled = sparse.csr_array(self.jacobian[active] * self.program.unit)
+        if not len(active) or _independent(scaled):
+            return active, False
+        _, r, order = la.qr(scaled.toarray().T, mode="economic", pivoting=True)
+        strengths = np.abs(np.diag(r))
+        return active[np.sort(order[: int((strengths > DEPENDENT * strengths[0]).sum())])], True
+
+    @cached_property
+    def system(self) -> AnySystem:
+        """The saddle system of the conditions that press."""
+        program = self.program
+        if program.equalities_only and program.linear:
+            return system_of(program, self.evaluator, self.x)
+        rows = self.rows[0]
+        return Saddle(program, self.jacobian[rows] if len(rows) < program.conditions else self.jacobian)
+
+    def certificate(self) -> Certificate:
+        program, evaluator, x = self.program, self.evaluator, self.x
+        violation, objective = evaluator.violation(x), evaluator.objective(x)
+        system = self.system
+        gradient, hessian = evaluator.second_order(x, system.pattern, self.multipliers)
+        residual = gradient + self.jacobian.T @ self.multipliers
+        finite = bool(np.isfinite(objective) and np.isfinite(residual).all() and np.isfinite(hessian).all())
+        if not finite:
+            return NOWHERE
+        inertia, decrement = self._along(hessian, residual)
+        # Only where a decrement is not far below f may it be rounding that is left.
+        rounding = 0.0 if decrement <= EPS * abs(objective) / SLOPPY else evaluator.rounding(x)
+        sums = np.asarray(abs(self.jacobian) @ np.abs(x)) + np.abs(np.where(self.equal, program.lower, 0.0))
+        unseen = SLOPPY * EPS * sums
+        missed = np.where(np.abs(violation) <= unseen, 0.0, np.abs(violation) / self.reach)
+        slack = self.press * np.minimum(self.slack, 1.0)
+        weight = max(abs(objective), float(self.press.max(initial=0.0))) or 1.0
+        names = [c.name for c in program.constraints for _ in range(c.size)]
+        return Certificate(
+            objective=objective,
+            stationarity=float(np.abs(residual).max(initial=0.0)),
+            violation=float(np.abs(violation).max(initial=0.0)),
+            decrement=decrement,
+            complementarity=float(slack.max(initial=0.0)),
+            inertia=inertia,
+            rounding=rounding,
+            mismatch=self._mismatch(gradient, residual, hessian),
+            missed=float(missed.max(initial=0.0)),
+            pressing=float(slack.max(initial=0.0)) / weight,
+            weak=tuple(dict.fromkeys(names[k] for k in np.flatnonzero(self.weak))),
+            degenerate=not (program.equalities_only and program.linear) and self.rows[1],
+        )
+
+    def _along(self, hessian: np.ndarray, residual: np.ndarray) -> tuple[str, float]:
+        """The inertia along the conditions that press, and the decrement there."""
+        system = self.system
+        curvature = system.curvature(hessian)
+        inertia = curvature.inertia if curvature.direction is None else self._weakened(curvature.direction)
+        factor, shifted = system.factorise(hessian), hessian.copy()
+        identity = system.on_diagonal(self.program.unit) ** -2.0
+        top = float(np.abs(hessian[system.diagonal] / identity).max(initial=0.0)) or 1.0
+        shift = LEAST_SHIFT
+        while factor is None and shift <= MOST_SHIFT:
+            shifted[system.diagonal] += shift * top * identity
+            factor, shift = system.factorise(shifted), 10 * shift
+        if factor is None:
+            return inertia, float("nan")
+        step = system.step(factor, residual)
+        return inertia, max(0.0, -0.5 * float(residual @ step))
+
+    def _weakened(self, direction: np.ndarray | None) -> str:
+        """indefinite, unless bounds that are met without a multiplier exclude the direction and its opposite."""
+        if direction is None:
+            return "unknown"
+        change = (self.jacobian @ direction)[self.weak]
+        upper = (self.program.upper - self.values <= self.values - self.program.lower)[self.weak]
+        outward = np.where(upper, change, -change)
+        return "indefinite" if (outward <= 0).all() or (outward >= 0).all() else "unknown"
+
+    def _mismatch(self, gradient: np.ndarray, residual: np.ndarray, hessian: np.ndarray) -> float:
+        """The part of r in the range of Jᵀ, relative to the gradient in the program's own units."""
+        system, unit = self.system, self.program.unit
+        jacobian = system.jacobian if isinstance(system, Saddle) else self.jacobian
+        off = np.abs(unit * (jacobian.T @ system.multipliers(residual)))
+        diagonal, u = np.abs(hessian[system.diagonal]), system.on_diagonal(unit)
+        far = float(np.abs(self.x / unit).max(initial=0.0))
+        floor = SLOPPY * EPS * far * float((diagonal * u**2).max(initial=0.0))
+        worst = float(off.max(initial=0.0))
+        return 0.0 if worst <= floor else worst / (float(np.abs(unit * gradient).max(initial=0.0)) or 1.0)
 
 
-def _inertia(system: AnySystem, hessian: np.ndarray) -> str:
-    if not np.isfinite(hessian).all():
-        return "unknown"
-    if system.factorise(hessian) is not None:
-        return "positive"
-    # An eigenvalue that is zero up to rounding decides nothing.
-    hessian[system.diagonal] += FLAT * np.abs(hessian[system.diagonal]).max(initial=0.0)
-    if system.factorise(hessian) is not None:
-        return "unknown"
-    # Where a factorisation may fail for rounding alone, a direction of negative curvature is a proof.
-    proven = system.conclusive or system.negative_curvature(hessian) is not None
-    return "indefinite" if proven else "unknown"
+def _independent(jacobian: sparse.csr_array) -> bool:
+    """Whether the rows are independent, up to rounding."""
+    size = np.sqrt(np.asarray(jacobian.multiply(jacobian).sum(axis=1)).ravel())
+    if not size.all():
+        return False
+    rows = sparse.csr_array(jacobian / size[:, None])
+    try:
+        pivots = np.abs(sparse.linalg.splu(sparse.csc_array(rows @ rows.T)).U.diagonal())
+    except RuntimeError:
+        return False
+    return bool(pivots.min() > DEPENDENT)

@@ -9,6 +9,7 @@ from symmotion.errors import InputError
 from symmotion.program.block import LocalTables
 from symmotion.program.evaluate import Pattern
 from symmotion.program.program import Program
+from symmotion.systems.curvature import Curvature, banded_curvature
 
 LANCZOS = 100  # restarts in the search for negative curvature; directions that matter show long before
 SMALL = 40  # conditions up to which a dense null-space basis is taken where they do not decouple
@@ -45,8 +46,6 @@ class Condensed:
     knot per segment does that for cubics, HJK 4.3), Z is as local as the B-splines, the
     reduced Hessian ZᵀHZ is banded, and the multipliers follow from the pivots' rows.
     """
-
-    conclusive = True
 
     def __init__(self, program: Program, conditions: sparse.csr_array, pivots: np.ndarray, decoupled: bool):
         self.program = program
@@ -134,14 +133,20 @@ class Condensed:
         solution, _ = la.lapack.dpbtrs(factor, -self.reduced(gradient), lower=1)
         return self.expand(solution)
 
-    def negative_curvature(self, flat: np.ndarray) -> np.ndarray | None:
-        """(unknowns,) a direction Z y of the lowest curvature, or None where that is not negative."""
+    def on_diagonal(self, values: np.ndarray) -> np.ndarray:
+        return values.reshape(-1, self.channels)[self.free].ravel()
+
+    def curvature(self, flat: np.ndarray) -> Curvature:
+        """The curvature of the reduced Hessian, with a direction Z y that is, if found, the lowest."""
         bands = self.lower_bands(flat)
+        found = banded_curvature(bands)
+        if found.direction is None:
+            return found
         offsets = -np.arange(self.band + 1)
         lower = sparse.dia_array((bands, offsets), shape=(self.size, self.size)).tocsr()
         full = lower + sparse.csr_array(lower.T) - sparse.diags_array(bands[0])
         y = lowest_curvature(full, float(np.abs(bands[0]).max()))
-        return None if y is None else self.expand(y)
+        return Curvature("indefinite", self.expand(found.direction if y is None else y))
 
     def lower_bands(self, flat: np.ndarray) -> np.ndarray:
         """(band + 1, size) the reduced Hessian's lower bands, as SciPy's banded routines take them."""

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 import casadi as ca
 import numpy as np
+import scipy.linalg as la
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, splu
 
@@ -16,9 +17,23 @@ from symmotion.program.evaluate import Evaluator, Pattern
 from symmotion.program.program import Program
 from symmotion.systems.complaints import overheard
 from symmotion.systems.condensed import lowest_curvature
+from symmotion.systems.curvature import (
+    EPS,
+    FLAT,
+    POSITIVE,
+    UNKNOWN,
+    Curvature,
+    dense_curvature,
+    first_failing_pivot,
+    scaling,
+)
 
 # The factorisation does not pivot: a zero in the lower block would stop it. Refinement removes its effect.
 DELTA = 1e-8
+# Unknowns up to which a dense basis of the null space is taken, where it decides whether curvature is negative.
+DENSE = 300
+# Weights of the conditions beside a Hessian of order one, in turn.
+WEIGHTS = (1e2, 1e4, 1e6, 1e8)
 
 # The saddle matrix as it is, and the regular one that was factorised.
 SaddleFactor: TypeAlias = tuple[sparse.csc_array, ca.DM]
@@ -90,8 +105,6 @@ def kkt_pattern(program: Program) -> sparse.csr_array:
 
 class Saddle:
     """Newton's saddle system in all unknowns and multipliers, factorised by CasADi's sparse LDLᵀ. One per thread."""
-
-    conclusive = False
 
     def __init__(self, program: Program, jacobian: sparse.csr_array):
         self.jacobian = jacobian
@@ -185,13 +198,42 @@ class Saddle:
         solution += self._apply(regular, rhs - exact @ solution)
         return solution
 
-    def negative_curvature(self, flat: np.ndarray) -> np.ndarray | None:
-        """(unknowns,) a direction of the lowest curvature along the conditions, None where not negative."""
-        hessian = self._triangle.full(flat, self.n)
+    def on_diagonal(self, values: np.ndarray) -> np.ndarray:
+        return values[self._triangle.rows[self.diagonal]]
+
+    def curvature(self, flat: np.ndarray) -> Curvature:
+        """The curvature along the conditions: on a dense basis of their null space, or of H + σ JᵀJ."""
+        hessian, jacobian = self._triangle.full(flat, self.n), self.jacobian
+        if not hessian.count_nonzero():
+            return FLAT
+        d = scaling(hessian.diagonal(), np.asarray(abs(hessian).max(axis=1).todense()).ravel())
+        scaled = sparse.csr_array(d[:, None] * hessian * d)
+        rows = sparse.csr_array(jacobian * d)
+        if self.n <= DENSE:
+            # The factorisation of the steps does not pivot: it may miss what is small.
+            basis = la.qr(rows.toarray().T)[0][:, self.m :]
+            found = dense_curvature(basis.T @ (scaled @ basis), self.n * EPS * float(abs(scaled).max()))
+            return found if found.direction is None else Curvature("indefinite", d * (basis @ found.direction))
+        size = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
+        rows = sparse.csr_array(rows / np.where(size > 0, size, 1.0)[:, None])
+        normal = splu(sparse.csc_array(rows @ rows.T)) if self.m else None
+        for weight in WEIGHTS:
+            # Finsler: positive definite for some weight if and only if H is along the conditions.
+            y = first_failing_pivot(sparse.csc_array(scaled + weight * (rows.T @ rows)))
+            if y is None:
+                return POSITIVE
+            along = y if normal is None else y - rows.T @ normal.solve(rows @ y)
+            if along @ (scaled @ along) < -self.n * EPS * float(along @ along):
+                lowest = lowest_curvature(*self._projected(hessian))
+                return Curvature("indefinite", d * along if lowest is None else lowest)
+        return UNKNOWN
+
+    def _projected(self, hessian: sparse.csr_array) -> tuple[LinearOperator, float]:
+        """v ↦ P H P v, with P the projector onto the conditions, and the size of H."""
         projected = LinearOperator(
             hessian.shape, matvec=lambda v: self.reduced(hessian @ self.reduced(np.ravel(v))), dtype=float
         )
-        return lowest_curvature(projected, float(np.abs(hessian.diagonal()).max()))
+        return projected, float(np.abs(hessian.diagonal()).max())
 
     def _apply(self, regular: ca.DM, rhs: np.ndarray) -> np.ndarray:
         return np.asarray(self._solver.solve(regular, ca.DM(rhs))).ravel()

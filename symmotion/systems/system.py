@@ -5,6 +5,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 import numpy as np
 
 from symmotion.program.evaluate import Pattern
+from symmotion.systems.curvature import Curvature
 
 # The factorised matrix, of which only its own system knows what it is.
 Factor = TypeVar("Factor")
@@ -27,9 +28,8 @@ class System(Protocol[Factor]):
         """Where the diagonal of H lies in the flat array."""
         ...
 
-    @property
-    def conclusive(self) -> bool:
-        """Whether `factorise` fails for indefinite matrices only, never for rounding."""
+    def on_diagonal(self, values: np.ndarray) -> np.ndarray:
+        """Of values (unknowns,) those of the unknowns that the diagonal of H belongs to, in its order."""
         ...
 
     def feasible(self, x: np.ndarray, violation: np.ndarray) -> np.ndarray:
@@ -52,8 +52,8 @@ class System(Protocol[Factor]):
         """(unknowns,) the Newton step d along the conditions."""
         ...
 
-    def negative_curvature(self, flat: np.ndarray) -> np.ndarray | None:
-        """(unknowns,) a direction of the lowest curvature along the conditions, None where that is not negative."""
+    def curvature(self, flat: np.ndarray) -> Curvature:
+        """The curvature of H along the conditions, with a direction (unknowns,) where it is negative."""
         ...
 
 
