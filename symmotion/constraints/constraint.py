@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.jets import AnyJet, Written
-from symmotion.jets.jet import expressed
+from symmotion.jets.jet import as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import LinearSpace
 from symmotion.jets.nets import NetSpace
 from symmotion.jets.space import JetSpace, Places, block_of
@@ -206,7 +206,7 @@ class JetConstraint(MotionConstraint):
 
     def orders(self, space: LinearSpace) -> list[tuple[int, ...]]:
         """The derivative orders that the function reads of each of its jets, in a space of curves."""
-        out = self._expression([space.jet(k) for k in range(self.slots)], *self._symbols())
+        out = self._expression([space.symbols(k) for k in range(self.slots)], *self._symbols())
         return [space.orders(out, k)[0] for k in range(self.slots)]
 
     def _handed(self, data: Sequence[ca.SX], numbers: Sequence[ca.SX]) -> list[object]:
@@ -226,6 +226,8 @@ class JetConstraint(MotionConstraint):
         if len(table) != count:
             raise InputError(f"{self.name}: data of {len(table)} rows for {count} times: one of each is needed")
         data, symbols = self._symbols()
+        plain = [space.symbols(slot) for slot, space in enumerate(spaces)]
+        require_closed(self.name, self._expression(plain, data, symbols), plain, [*data, *symbols])
         out = self._expression([space.jet(slot) for slot, space in enumerate(spaces)], data, symbols)
         numbers = np.concatenate([np.ravel(v, order="F") for v in values.values()] + [np.empty(0)])
         block = block_of(
@@ -282,11 +284,8 @@ class JetConstraint(MotionConstraint):
 
     def _expression(self, jets: Sequence[AnyJet], data: Sequence[ca.SX], numbers: Sequence[ca.SX]) -> ca.SX:
         handed = self._handed(data, numbers)
-        failing = f"{self.name}: the function fails on"
-        out = expressed(failing, jets, lambda: ca.SX(self.function(*jets, *handed)))
-        if not out.numel():
-            raise InputError(f"{self.name}: the function returns an empty expression")
-        return ca.densify(out)
+        who = f"{self.name}: the function"
+        return ca.densify(as_expression(who, said(who, of_jets(jets), lambda: self.function(*jets, *handed))))
 
     def _bound(self, bound: ArrayLike, count: int, shape: tuple[int, ...], lead: tuple[int, ...]) -> np.ndarray:
         """(N, C) a bound for each time and component, column by column."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from symmotion.energies import Energy
 from symmotion.errors import InputError
-from symmotion.jets.jet import AnyJet, expressed
+from symmotion.jets.jet import AnyJet, as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import JetKernel, LinearSpace
 from symmotion.program import Block, BlockEvaluator
 
@@ -48,21 +48,37 @@ def expression_of(energy: Energy, weight: float, jet: AnyJet) -> tuple[ca.SX, bo
 
     InputError that names the energy where it cannot be said of such a jet.
     """
+    who, kind = f"energy {energy.name}", of_jets([jet])
+    residuals = said(who, kind, lambda: energy.residuals(jet)) if weight > 0 else None
+    if residuals is not None:
+        return ca.vec(as_expression(who, residuals)), True
+    out = as_expression(who, said(who, kind, lambda: energy.integrand(jet)))
+    if out.numel() != 1:
+        raise InputError(
+            f"{who} returns shape {out.shape} as integrand: a scalar is needed; a column of residuals, whose squares "
+            "add up, is for residuals(jet) or squares=True"
+        )
+    return out, False
 
-    def say() -> tuple[ca.SX, bool]:
-        residuals = energy.residuals(jet)
-        if residuals is not None and weight > 0:
-            return ca.SX(residuals), True
-        return ca.SX(energy.integrand(jet)), False
 
-    return expressed(f"energy {energy.name} cannot be said of", [jet], say)
+def closed_expression(energy: Energy, weight: float, jet: AnyJet) -> tuple[ca.SX, bool]:
+    """As `expression_of`, of a jet made of symbols: InputError too where it holds what is not the jet's."""
+    out, squares = expression_of(energy, weight, jet)
+    require_closed(f"the integrand of {energy.name}", out, [jet])
+    return out, squares
+
+
+def density_of(energy: Energy, jet: AnyJet) -> ca.SX:
+    """The integrand φ of an energy, or of a sum of energies, for a jet made of symbols."""
+    found = [(w, *closed_expression(e, 1.0, jet)) for w, e in energy.parts]
+    return sum((w * (ca.sumsqr(out) if squares else out) for w, out, squares in found), ca.SX(0))
 
 
 def kernel_of(energy: Energy, weight: float, space: LinearSpace) -> JetKernel:
     """The kernel of an energy in a linear space; an energy keeps those that were made of it."""
 
     def make() -> JetKernel:
-        out, squares = expression_of(energy, weight, space.jet())
+        out, squares = closed_expression(energy, weight, space.jet())
         return JetKernel.of(space, out, f"the integrand of {energy.name}", squares)
 
     return kept(energy, (space.kind, weight > 0), make)

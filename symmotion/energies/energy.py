@@ -11,6 +11,7 @@ import numpy as np
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.jets import Written
+from symmotion.jets.jet import as_expression
 from symmotion.values import same_fields
 
 # Any: of the kind that an energy is written for, which it says itself.
@@ -162,15 +163,13 @@ class JetEnergy(Energy):
         return self.label
 
     def residuals(self, jet: OwnJet) -> ca.SX | None:
-        return ca.vec(ca.SX(self.function(jet))) if self.squares else None
+        return ca.vec(self._expression(jet)) if self.squares else None
 
     def integrand(self, jet: OwnJet) -> ca.SX:
-        if self.squares:
-            return super().integrand(jet)
-        value = ca.SX(self.function(jet))
-        if value.numel() != 1:
-            raise InputError(f"energy {self.label!r} returns shape {value.shape}: a scalar is needed, or squares=True")
-        return value
+        return super().integrand(jet) if self.squares else self._expression(jet)
+
+    def _expression(self, jet: OwnJet) -> ca.SX:
+        return as_expression(f"energy {self.name}", self.function(jet))
 
     def nodes(self, degree: int) -> int:
         return self.gauss_nodes or 2 * degree
