@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
+from symmotion import checks
+from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting, require_possible
 from symmotion.errors import InputError
 from symmotion.jets import CurveJet
 from symmotion.jets.linear import LinearSpace, sided
@@ -40,6 +41,11 @@ class CurveCondition(MotionConstraint):
     lower: np.ndarray
     upper: np.ndarray
     norm: bool = False
+
+    def __post_init__(self):
+        super().__post_init__()
+        checks.text(self.name, "name of a condition")
+        require_possible(self.lower, self.upper, self.name)
 
     @staticmethod
     def at(

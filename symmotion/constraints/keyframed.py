@@ -181,6 +181,7 @@ class Tolerance(MotionConstraint):
     turn: ArrayLike | None = None
 
     def __post_init__(self):
+        super().__post_init__()
         for what, value in (("linear", self.linear), ("translation", self.translation)):
             if value is not None and not (np.isfinite(value) and value > 0):
                 raise InputError(f"{self.name}: {what} {value!r}: must be positive")

@@ -151,7 +151,7 @@ class OrientationDesign:
 
     def not_freed(self, setting: Setting, part: int) -> np.ndarray:
         """The keyframes whose turn (part 0) or place (1) no constraint frees; of a closed motion not the last."""
-        freed = set[int]().union(*(c.frees(setting)[part] for c in self.constraints))
+        freed = set[int]().union(*(c.freed(setting)[part] for c in self.constraints))
         return np.array(sorted(set(range(len(self.keys) - (self.ends == "periodic"))) - freed), dtype=int)
 
     def given(self) -> list[Constraint]:

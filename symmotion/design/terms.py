@@ -6,7 +6,8 @@ from typing import TypeVar
 import casadi as ca
 import numpy as np
 
-from symmotion.energies import Energy
+from symmotion import checks
+from symmotion.energies import Energy, JetEnergy
 from symmotion.errors import InputError
 from symmotion.jets.jet import AnyJet, as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import JetKernel, LinearSpace
@@ -31,7 +32,8 @@ def as_objective(objective: Energy | None, default: Energy) -> Energy:
 def parts_of(objective: Energy) -> list[tuple[str, float, Energy]]:
     """The terms of an objective that count: a name of their own, weight and energy each."""
     taken: set[str] = set()
-    return [(distinct(e.name, taken), w, e) for w, e in objective.parts if w]
+    parts = [(checks.text(e.name, f"name of the {type(e).__name__}"), w, e) for w, e in objective.parts if w]
+    return [(distinct(name, taken), w, e) for name, w, e in parts]
 
 
 def distinct(name: str, taken: set[str]) -> str:
@@ -85,7 +87,12 @@ def kernel_of(energy: Energy, weight: float, space: LinearSpace) -> JetKernel:
 
 
 def kept(energy: Energy, key: object, make: Callable[[], T]) -> T:
-    """What was made of an energy under a key before, else what `make` gives. An energy is frozen, and no hash of it."""
+    """What was made of an energy under a key before, else what `make` gives. An energy is frozen, and no hash of it.
+
+    Not of what users write: it may look at things that change, and kernels of equal text are one all the same.
+    """
+    if isinstance(energy, JetEnergy) or not type(energy).__module__.startswith("symmotion."):
+        return make()
     store = getattr(energy, "__dict__", {}).setdefault("_made", {})
     if key not in store:
         store[key] = make()
