@@ -42,7 +42,8 @@ def same(a: object, b: object) -> bool:
     return same_fields(a, b) if parameters is not None and parameters.eq else (a == b) is True
 
 
-def settled(a: object) -> object:
+# Any: contents of any kind.
+def settled(a: Any) -> Any:
     """A content as frozen classes hold it: arrays as copies that refuse writes, lists of numbers as tuples."""
     if isinstance(a, np.ndarray):
         if not a.flags.writeable and a.flags.owndata:
@@ -50,11 +51,11 @@ def settled(a: object) -> object:
         copy = a.copy()
         copy.flags.writeable = False
         return copy
+    if isinstance(a, tuple):
+        inside = [settled(x) for x in a]
+        return type(a)(*inside) if hasattr(a, "_fields") else tuple(inside)
     numeric = isinstance(a, list) and bool(a) and all(isinstance(x, Real | np.ndarray | list | tuple) for x in a)
-    if not isinstance(a, tuple) and not numeric:
-        return a
-    inside = [settled(x) for x in a]
-    return type(a)(*inside) if hasattr(a, "_fields") else tuple(inside)
+    return settled(tuple(a)) if numeric else a
 
 
 # Any: a dataclass, for which typing has no name.

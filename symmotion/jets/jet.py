@@ -1,7 +1,7 @@
 """What every jet has, whatever the motion: the entries that it is made of, and body points where there are."""
 
 from collections.abc import Callable, Sequence
-from typing import Protocol, TypeVar, runtime_checkable
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import casadi as ca
 import numpy as np
@@ -72,7 +72,8 @@ def of_jets(jets: Sequence[AnyJet]) -> str:
     return f"jets of kind {' and '.join(jet.kind for jet in jets)}"
 
 
-def as_expression(who: str, found: object) -> ca.SX:
+# Any: whatever a function returned.
+def as_expression(who: str, found: Any) -> ca.SX:
     """What a function of the user's own returned as an expression; InputError where it is none that can be used."""
     try:
         given = isinstance(found, ca.SX) or (isinstance(found, np.ndarray) and found.dtype.kind == "O")
@@ -86,7 +87,8 @@ def as_expression(who: str, found: object) -> ca.SX:
         )
     if not out.numel():
         raise InputError(f"{who} returns an empty expression")
-    if any(not entry.is_leaf() and entry.op() in COMPARISONS for entry in out.nonzeros()):
+    entries: list[Any] = out.nonzeros()  # Any: CasADi's stubs leave out what its elements can do
+    if any(not entry.is_leaf() and entry.op() in COMPARISONS for entry in entries):
         raise InputError(f"{who} returns a comparison: give the expression itself, its bounds as lower= and upper=")
     return out
 
