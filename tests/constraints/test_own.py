@@ -22,7 +22,7 @@ def program(*constraints):
     return sm.affine_program(KEYS, objective=OBJECTIVE, constraints=cast(Any, constraints))
 
 
-def net(*constraints, of=NET):
+def net(*constraints, of: Any = NET):
     return sm.fairing.fairing_program(of, constraints=constraints)
 
 
