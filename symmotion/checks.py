@@ -46,6 +46,13 @@ def choice(value: Kind, known: Iterable[object], what: str) -> Kind:
     return value
 
 
+def text(value: object, what: str) -> str:
+    """The value; InputError unless it is a text that is not empty."""
+    if not isinstance(value, str) or not value:
+        raise InputError(f"{what} {value!r}: a text is needed")
+    return value
+
+
 def file_path(value: object, what: str = "path") -> str | os.PathLike[str]:
     """The value; InputError unless it is a path: text or a path object, no bytes and no open file."""
     if not isinstance(value, str | os.PathLike) or isinstance(os.fspath(value), bytes):

@@ -1,7 +1,8 @@
 """Frozen dataclasses as values: equal where their contents are, hashed by them, pickled without what they derived."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from numbers import Real
 from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
@@ -20,7 +21,7 @@ def value(cls: type[Made]) -> type[Made]:
     """
     made: Any = dataclass(frozen=True, eq=False)(cls)  # Any: methods are set on it, which no type allows
     made.__eq__, made.__hash__ = _equal, _hash
-    made.__getstate__, made.__setstate__ = _state, _restore
+    made.__getstate__, made.__setstate__ = _state, restore
     made.__is_value__ = True
     return made
 
@@ -32,9 +33,36 @@ def same(a: object, b: object) -> bool:
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         x, y = np.asarray(a), np.asarray(b)
         return x.shape == y.shape and bool(np.array_equal(x, y, equal_nan=x.dtype.kind == y.dtype.kind == "f"))
-    if isinstance(a, tuple) and isinstance(b, tuple):
+    if isinstance(a, tuple | list) and isinstance(b, tuple | list):
         return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
-    return (a == b) is True
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    # The == that a dataclass makes of its own compares tuples, in which arrays have no truth value.
+    parameters = getattr(type(a), "__dataclass_params__", None)
+    return same_fields(a, b) if parameters is not None and parameters.eq else (a == b) is True
+
+
+# Any: contents of any kind.
+def settled(a: Any) -> Any:
+    """A content as frozen classes hold it: arrays as copies that refuse writes, lists of numbers as tuples."""
+    if isinstance(a, np.ndarray):
+        if not a.flags.writeable and a.flags.owndata:
+            return a
+        copy = a.copy()
+        copy.flags.writeable = False
+        return copy
+    if isinstance(a, tuple):
+        inside = [settled(x) for x in a]
+        return type(a)(*inside) if hasattr(a, "_fields") else tuple(inside)
+    numeric = isinstance(a, list) and bool(a) and all(isinstance(x, Real | np.ndarray | list | tuple) for x in a)
+    return settled(tuple(a)) if numeric else a
+
+
+# Any: a dataclass, for which typing has no name.
+def settle(made: Any) -> None:
+    """Settles the fields of a dataclass: what the caller does to the arrays that it was made of does not change it."""
+    for f in fields(made):
+        object.__setattr__(made, f.name, settled(getattr(made, f.name)))
 
 
 def same_fields(a: object, b: object) -> bool:
@@ -78,8 +106,7 @@ def _state(self: Any) -> dict[str, object]:  # Any: as above
     return {f.name: getattr(self, f.name) for f in fields(self)}
 
 
-def _restore(self: object, state: dict[str, object]) -> None:
+def restore(self: object, state: dict[str, object]) -> None:
+    """What comes out of a pickle, its arrays again such that they refuse writes."""
     for name, entry in state.items():
-        if isinstance(entry, np.ndarray):
-            entry.flags.writeable = False
-        object.__setattr__(self, name, entry)
+        object.__setattr__(self, name, settled(entry))

@@ -59,15 +59,14 @@ class SpeedBound(MotionConstraint):
 
     def stated(self, setting: Setting) -> JetConstraint:
         setting.require_translation(self.name)
-        if not (np.isfinite(self.limit) and self.limit > 0):
-            raise InputError(f"{self.name}: limit {self.limit!r}: must be positive")
+        limit = checks.positive(self.limit, f"{self.name}: limit")
         points = checks.array(np.atleast_2d(self.points), ("P", dimension(setting)), f"{self.name}: body points")
 
         def squares(jet: BodyJet) -> ca.SX:
             return ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in points))
 
         times = np.union1d(setting.between_keyframes(self.density, self.name), setting.times)
-        return JetConstraint(squares, lower=-np.inf, upper=float(self.limit) ** 2, at=times, name=self.name)
+        return JetConstraint(squares, lower=-np.inf, upper=limit**2, at=times, name=self.name)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from keyword import iskeyword
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,14 +13,14 @@ from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.errors import InputError
-from symmotion.jets import AnyJet, Written
-from symmotion.jets.jet import expressed
+from symmotion.jets import AnyJet, RigidJet, Written
+from symmotion.jets.jet import as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import LinearSpace
 from symmotion.jets.nets import NetSpace
 from symmotion.jets.space import JetSpace, Places, block_of
 from symmotion.jets.written import jets_of_all_kinds
 from symmotion.program import Constraint, ParameterPlace
-from symmotion.values import same_fields
+from symmotion.values import restore, same_fields, settle
 
 DENSITY = 8  # times in each span at which what has to hold everywhere is held
 
@@ -55,15 +56,20 @@ class Setting:
     def keyframe(self, i: int, name: str) -> int:
         """The number of keyframe i, counted from the end where negative."""
         m = len(self.times)
+        if not m:
+            raise InputError(f"{name} is about keyframe {i}, and this program has no keyframes")
         if isinstance(i, bool) or not isinstance(i, int | np.integer) or not -m <= i < m:
             raise InputError(f"{name}: keyframe {i} does not exist, there are {m}")
         return int(i) % m
 
     def require_translation(self, name: str) -> None:
-        if not self.moves:
-            raise InputError(
-                f"{name} is a condition on the translation, which the objective does not see: add a TrajectoryEnergy"
-            )
+        if self.moves:
+            return
+        if isinstance(self.space.symbols(), RigidJet):
+            raise InputError(f"{name} is about the translation, and an orientation has none: make a pose_program")
+        raise InputError(
+            f"{name} is a condition on the translation, which the objective does not see: add a TrajectoryEnergy"
+        )
 
     def between_keyframes(self, density: int, name: str) -> np.ndarray:
         """`density` times inside every segment between keyframes, equally spaced."""
@@ -88,9 +94,15 @@ class Setting:
 
 
 class MotionConstraint(ABC):
-    """A condition on a motion. A subclass states it as a `JetConstraint` once it knows the program it joins."""
+    """A condition on a motion. A subclass states it as a `JetConstraint` once it knows the program it joins.
+
+    It is a dataclass with a `name`; arrays in its fields are copied, and refuse writes.
+    """
 
     name: str
+
+    def __post_init__(self):
+        settle(self)
 
     def named(self, name: str) -> "MotionConstraint":
         """The same condition under another name."""
@@ -106,12 +118,26 @@ class MotionConstraint(ABC):
 
     def build(self, setting: Setting) -> Constraint:
         """The condition as part of a program; its multipliers are (N, C), a row for each time."""
-        return replace(self.stated(setting).build(setting), shape=None)
+        stated = said(f"{self.name}: stated", "this program", lambda: self.stated(setting))
+        if not isinstance(stated, JetConstraint):
+            raise InputError(f"{self.name}: stated returns a {type(stated).__name__}: a JetConstraint is needed")
+        return replace(stated.named(self.name).build(setting), shape=None)
+
+    def freed(self, setting: Setting) -> tuple[set[int], set[int]]:
+        """What it `frees`, numbers of keyframes that there are."""
+        what = f"{self.name}: frees"
+
+        def numbered() -> tuple[set[int], set[int]]:
+            linear, translation = self.frees(setting)
+            return {setting.keyframe(i, what) for i in linear}, {setting.keyframe(i, what) for i in translation}
+
+        return said(what, "this program", numbered)
 
     def __eq__(self, other: object) -> bool:
         return same_fields(self, other)
 
     __hash__ = None  # pyright: ignore[reportAssignmentType] - arrays inside: nothing hashes a constraint
+    __setstate__ = restore
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,8 +171,7 @@ class JetConstraint(MotionConstraint):
     def __post_init__(self):
         if not callable(self.function):
             raise InputError(f"{self.name}: function {self.function!r}: a function of a jet is needed")
-        if not isinstance(self.name, str) or not self.name:
-            raise InputError(f"name {self.name!r} of a constraint: a text is needed")
+        checks.text(self.name, "name of a constraint")
         checks.whole(self.density, 1, f"{self.name}: density")
         low, high = (checks.numbers(b, f"{self.name}: {w}") for b, w in ((self.lower, "lower"), (self.upper, "upper")))
         if np.isnan(low).any() or np.isnan(high).any():
@@ -159,11 +184,17 @@ class JetConstraint(MotionConstraint):
             raise InputError(f"{self.name}: the lower bound is above the upper one")
         if not (np.isfinite(low).any() or np.isfinite(high).any()):
             raise InputError(f"{self.name}: both bounds are infinite: nothing is asked")
+        require_possible(low, high, self.name)
         if self.parameters is not None:
+            if not isinstance(self.parameters, Mapping):
+                raise InputError(f"{self.name}: parameters: a mapping of names to numbers is needed")
+            for key in self.parameters:
+                if not isinstance(key, str) or not key.isidentifier() or iskeyword(key):
+                    raise InputError(f"{self.name}: parameter {key!r}: a name as of a variable of Python is needed")
             values = {k: checks.numbers(v, f"{self.name}: parameter {k!r}") for k, v in self.parameters.items()}
             for key, value in values.items():
-                if not key.isidentifier() or value.ndim > 2 or not value.size or not np.isfinite(value).all():
-                    raise InputError(f"{self.name}: parameter {key!r}: a name, and finite numbers, are needed")
+                if value.ndim > 2 or not value.size or not np.isfinite(value).all():
+                    raise InputError(f"{self.name}: parameter {key!r}: finite numbers are needed")
             object.__setattr__(self, "parameters", {k: checks.read_only(v) for k, v in values.items()})
         object.__setattr__(self, "lower", checks.read_only(low))
         object.__setattr__(self, "upper", checks.read_only(high))
@@ -179,6 +210,12 @@ class JetConstraint(MotionConstraint):
         if times.ndim > 2 or not times.size or not np.isfinite(times).all():
             raise InputError(f"{self.name}: at of shape {times.shape}: finite times, or tuples of times, are needed")
         return times
+
+    def __copy__(self) -> "JetConstraint":
+        return self
+
+    def __deepcopy__(self, memo: object) -> "JetConstraint":
+        return self
 
     def __reduce__(self):
         # A lambda does not pickle, the expressions that it makes do.
@@ -206,7 +243,7 @@ class JetConstraint(MotionConstraint):
 
     def orders(self, space: LinearSpace) -> list[tuple[int, ...]]:
         """The derivative orders that the function reads of each of its jets, in a space of curves."""
-        out = self._expression([space.jet(k) for k in range(self.slots)], *self._symbols())
+        out = self._expression([space.symbols(k) for k in range(self.slots)], *self._symbols())
         return [space.orders(out, k)[0] for k in range(self.slots)]
 
     def _handed(self, data: Sequence[ca.SX], numbers: Sequence[ca.SX]) -> list[object]:
@@ -226,6 +263,8 @@ class JetConstraint(MotionConstraint):
         if len(table) != count:
             raise InputError(f"{self.name}: data of {len(table)} rows for {count} times: one of each is needed")
         data, symbols = self._symbols()
+        plain = [space.symbols(slot) for slot, space in enumerate(spaces)]
+        require_closed(self.name, self._expression(plain, data, symbols), plain, [*data, *symbols])
         out = self._expression([space.jet(slot) for slot, space in enumerate(spaces)], data, symbols)
         numbers = np.concatenate([np.ravel(v, order="F") for v in values.values()] + [np.empty(0)])
         block = block_of(
@@ -278,15 +317,13 @@ class JetConstraint(MotionConstraint):
             lead, pairs = pairs.shape[:1], np.atleast_1d(pairs).reshape(-1, 1)
         else:
             lead, pairs = pairs.shape[:-1] if pairs.ndim > 1 else (), np.atleast_2d(pairs)
+        space.require_inside(pairs, self.name)
         return [space], pairs[:, None, :], lead
 
     def _expression(self, jets: Sequence[AnyJet], data: Sequence[ca.SX], numbers: Sequence[ca.SX]) -> ca.SX:
         handed = self._handed(data, numbers)
-        failing = f"{self.name}: the function fails on"
-        out = expressed(failing, jets, lambda: ca.SX(self.function(*jets, *handed)))
-        if not out.numel():
-            raise InputError(f"{self.name}: the function returns an empty expression")
-        return ca.densify(out)
+        who = f"{self.name}: the function"
+        return ca.densify(as_expression(who, said(who, of_jets(jets), lambda: self.function(*jets, *handed))))
 
     def _bound(self, bound: ArrayLike, count: int, shape: tuple[int, ...], lead: tuple[int, ...]) -> np.ndarray:
         """(N, C) a bound for each time and component, column by column."""
@@ -322,9 +359,16 @@ def _named(shapes: Mapping[str, tuple[int, ...]], symbols: Sequence[ca.SX]) -> S
     return SimpleNamespace(**shaped)
 
 
+def require_possible(low: np.ndarray, high: np.ndarray, name: str) -> None:
+    """InputError that names the first component with a lower bound of ∞ or an upper one of −∞."""
+    for what, bound, never in (("lower", low, np.inf), ("upper", high, -np.inf)):
+        if (bound == never).any():
+            where = np.argwhere(bound == never)[0].tolist()
+            raise InputError(f"{name}: {what}{where or ''} is {never}: nothing satisfies it; no bound is {-never}")
+
+
 def dense_times(times: np.ndarray, density: int, name: str) -> np.ndarray:
     """`density` times inside every interval of times (M,), equally spaced."""
-    if density < 1:
-        raise InputError(f"{name}: density {density}: at least 1 time per segment is needed")
+    checks.whole(density, 1, f"{name}: density")
     share = np.arange(1, density + 1) / (density + 1)
     return (times[:-1, None] + np.diff(times)[:, None] * share).ravel()

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
+from symmotion import checks
+from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting, require_possible
 from symmotion.errors import InputError
 from symmotion.jets import CurveJet
 from symmotion.jets.linear import LinearSpace, sided
@@ -41,6 +42,11 @@ class CurveCondition(MotionConstraint):
     upper: np.ndarray
     norm: bool = False
 
+    def __post_init__(self):
+        super().__post_init__()
+        checks.text(self.name, "name of a condition")
+        require_possible(self.lower, self.upper, self.name)
+
     @staticmethod
     def at(
         times: ArrayLike,
@@ -59,9 +65,7 @@ class CurveCondition(MotionConstraint):
         name = _name(order) if name is None else name
         times = _times(times, name)
         target = _rows(values, times, f"{name}: values", exact=True)
-        if not (np.isfinite(tolerance) and tolerance >= 0):
-            raise InputError(f"{name}: tolerance {tolerance!r}: a number of 0 or more is needed")
-        width = np.full(len(times), float(tolerance))
+        width = np.full(len(times), checks.not_negative(tolerance, f"{name}: tolerance"))
         return _single(name, times, order, side, target, -width, width)
 
     @staticmethod
@@ -217,9 +221,7 @@ def _single(name, times, order, side, target, lower, upper) -> CurveCondition:
 
 
 def _order(order: int, name: str) -> int:
-    if isinstance(order, bool) or int(order) != order or order < 0:
-        raise InputError(f"{name}: derivative order {order!r}: a whole number, 0 or more, is needed")
-    return int(order)
+    return checks.whole(order, 0, f"{name}: derivative order")
 
 
 def _name(order: int) -> str:
@@ -227,7 +229,7 @@ def _name(order: int) -> str:
 
 
 def _times(times: ArrayLike, name: str) -> np.ndarray:
-    array = np.atleast_1d(np.asarray(times, dtype=float))
+    array = np.atleast_1d(checks.numbers(times, f"{name}: times"))
     if array.ndim != 1 or not array.size or not np.isfinite(array).all():
         raise InputError(f"{name}: times of shape {array.shape}: finite, (N,), N ≥ 1, is needed")
     values, counts = np.unique(array, return_counts=True)
@@ -238,7 +240,7 @@ def _times(times: ArrayLike, name: str) -> np.ndarray:
 
 def _rows(values: ArrayLike, times: np.ndarray, what: str, finite: bool = True, exact: bool = False) -> np.ndarray:
     """(N, …) one row per time; a single number serves for all, unless `exact` and there are several times."""
-    array = np.asarray(values, dtype=float)
+    array = checks.numbers(values, what)
     if not array.ndim and not (exact and len(times) > 1):
         array = np.full(len(times), float(array))
     if not array.ndim or len(array) != len(times):

@@ -181,15 +181,18 @@ class Tolerance(MotionConstraint):
     turn: ArrayLike | None = None
 
     def __post_init__(self):
+        super().__post_init__()
         for what, value in (("linear", self.linear), ("translation", self.translation)):
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise InputError(f"{self.name}: {what} {value!r}: must be positive")
+            if value is not None:
+                checks.positive(value, f"{self.name}: {what}")
         if self.linear is None and self.translation is None and self.turn is None:
             raise InputError(f"{self.name}: a tolerance on the linear part or the translation, or a turn, is needed")
         if self.turn is not None:
             turn = checks.numbers(self.turn, f"{self.name}: turn")
             good = np.isfinite(turn) & (turn >= 0)
-            if turn.ndim > 1 or not good.all():
+            if turn.ndim > 1:
+                raise InputError(f"{self.name}: turn of shape {turn.shape}: one number, or one for each, is needed")
+            if not good.all():
                 i = int(np.argmin(np.atleast_1d(good)))
                 raise InputError(
                     f"the tolerance of keyframe {i} is {np.atleast_1d(turn)[i]:g}: 0 rad or more is needed"
@@ -279,7 +282,7 @@ class ExactSamples(MotionConstraint):
 
     def which(self, m: int) -> np.ndarray:
         """The numbers among m, each once, in order."""
-        numbers = np.asarray(self.numbers)
+        numbers = np.asarray(self.numbers) if np.size(checks.numbers(self.numbers, self.name)) else np.empty(0)
         if numbers.size and (numbers.ndim != 1 or not np.issubdtype(numbers.dtype, np.integer)):
             raise InputError(f"exact {self.numbers!r}: the numbers of samples are needed")
         outside = (numbers < -m) | (numbers >= m)

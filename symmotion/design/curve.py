@@ -103,7 +103,7 @@ def _asked(keys: object, constraints: object) -> tuple[tuple[CurveCondition, ...
         first = tuple(keys) if isinstance(keys, Iterable) and not isinstance(keys, str | bytes) else ()
         if not first or not all(isinstance(c, MotionConstraint) for c in first):
             raise InputError("conditions: a sequence of one CurveCondition or more is needed, or Keyframes")
-    every = (*first, *as_constraints(constraints))
+    every = as_constraints((*first, *as_constraints(constraints)))
     linear = tuple(c for c in every if isinstance(c, CurveCondition))
     if not linear:
         raise InputError("conditions: a sequence of one CurveCondition or more is needed, or Keyframes")

@@ -22,7 +22,7 @@ from symmotion.design.question import (
     require_rates,
     require_start,
 )
-from symmotion.design.terms import as_objective, expression_of, kernel_of, nodes_for, parts_of
+from symmotion.design.terms import as_objective, closed_expression, expression_of, kernel_of, nodes_for, parts_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.jets import Jet
@@ -148,7 +148,7 @@ class FreeTimesDesign:
         terms = []
         for name, weight, energy in parts_of(self.objective):
             nodes = nodes_for(energy, weight, still, motion.spline.control_points)
-            _, squares = expression_of(energy, weight, self.space.symbols())
+            _, squares = closed_expression(energy, weight, self.space.symbols())
 
             def expression(jet: Jet, e: Energy = energy, w: float = weight) -> ca.SX:
                 return expression_of(e, w, jet)[0]

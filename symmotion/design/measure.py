@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
-from symmotion.design.terms import MOST_NODES, QUADRATURE, kernel_of, nodes_for
+from symmotion.design.terms import MOST_NODES, QUADRATURE, density_of, kernel_of, nodes_for
 from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.jets.affine import HIGHEST_ORDER, affine_jet
@@ -76,7 +76,7 @@ def _rigid_value(energy: Energy, motion: QuaternionMotion | PoseMotion) -> float
     pose = isinstance(motion, PoseMotion)
     curve = motion.orientation if isinstance(motion, PoseMotion) else motion
     symbols = ca.SX.sym("jet", 23 if pose else 11)
-    integrand = ca.Function("integrand", [symbols], [ca.SX(energy.integrand(rigid_jet(symbols, pose)))])
+    integrand = ca.Function("integrand", [symbols], [density_of(energy, rigid_jet(symbols, pose))])
 
     def value(nodes: int) -> float:
         points, weights = gauss(curve.basis, nodes)
@@ -106,7 +106,7 @@ def _sampled_value(energy: Energy, motion: Any, times: np.ndarray) -> float:
     t, w = (centre[:, None] + half[:, None] * points).ravel(), (half[:, None] * weights).ravel()
     d = motion.dimension
     symbols = ca.SX.sym("jet", (HIGHEST_ORDER + 1) * (d * d + d) + 1)
-    value = ca.SX(energy.integrand(affine_jet(symbols, d)))
+    value = density_of(energy, affine_jet(symbols, d))
     size = d * d + d
     # Only the derivatives that the energy reads are asked for: not every motion has them all.
     linear, translation = [], []

@@ -16,7 +16,7 @@ from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import ControlSpace
 from symmotion.design.control_start import carried, motion_of
 from symmotion.design.question import as_constraints, assembled, require_start
-from symmotion.design.terms import as_objective, expression_of, parts_of
+from symmotion.design.terms import as_objective, closed_expression, expression_of, parts_of
 from symmotion.energies import Energy, JetEnergy, Torque
 from symmotion.errors import InputError
 from symmotion.jets import RigidJet, rotation
@@ -151,7 +151,7 @@ class OrientationDesign:
 
     def not_freed(self, setting: Setting, part: int) -> np.ndarray:
         """The keyframes whose turn (part 0) or place (1) no constraint frees; of a closed motion not the last."""
-        freed = set[int]().union(*(c.frees(setting)[part] for c in self.constraints))
+        freed = set[int]().union(*(c.freed(setting)[part] for c in self.constraints))
         return np.array(sorted(set(range(len(self.keys) - (self.ends == "periodic"))) - freed), dtype=int)
 
     def given(self) -> list[Constraint]:
@@ -229,7 +229,7 @@ def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike 
 
 def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy) -> Block:
     """An energy as a term over a quaternion curve or a pose."""
-    _, squares = expression_of(energy, weight, space.symbols())
+    _, squares = closed_expression(energy, weight, space.symbols())
     stated = isinstance(energy, Torque) or (isinstance(energy, JetEnergy) and energy.exact)
     nodes = energy.nodes(space.basis.degree) if stated else RIGID_NODES
 

@@ -14,7 +14,7 @@ from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.control_start import motion_of
 from symmotion.design.orientation import RENAMED, TORQUE, OrientationDesign
 from symmotion.design.question import as_constraints, assembled, require_start
-from symmotion.design.terms import as_objective, expression_of, parts_of
+from symmotion.design.terms import as_objective, closed_expression, parts_of
 from symmotion.energies import Energy, TrajectoryEnergy
 from symmotion.errors import InputError
 from symmotion.jets.space import UNKNOWN, block_of
@@ -70,7 +70,7 @@ def pose_program(
     energy = as_objective(objective, TORQUE + ORIGIN)
     turning = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates, channels=7)
     symbols = turning.space.symbols()
-    whole = ca.vertcat(*(ca.vec(expression_of(e, w, symbols)[0]) for _, w, e in parts_of(energy)))
+    whole = ca.vertcat(*(ca.vec(closed_expression(e, w, symbols)[0]) for _, w, e in parts_of(energy)))
     if not ca.depends_on(whole, ca.vertcat(*symbols.translation)):
         raise InputError(f"the objective {energy.name} does not see the translation: add a TrajectoryEnergy")
     start = _refined(_path(given, points, ends), turning, given)

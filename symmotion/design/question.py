@@ -1,6 +1,7 @@
 """What the questions have in common: constraints at the door, built into programs, and found to be independent."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 
 import numpy as np
 
@@ -23,6 +24,9 @@ def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
     for c in found:
         if not isinstance(c, MotionConstraint):
             raise InputError(f"constraint {c!r} is no condition on a motion")
+        if not is_dataclass(c) or "name" not in {f.name for f in fields(c)}:
+            raise InputError(f"constraint {type(c).__name__}: a dataclass with a field `name` is needed")
+        checks.text(c.name, f"name of the {type(c).__name__}")
     return found
 
 
@@ -70,7 +74,7 @@ def keyframe_groups(constraints: Sequence[MotionConstraint], setting: Setting, c
 
     What a constraint frees of a keyframe is no condition of its own.
     """
-    freed = [c.frees(setting) for c in constraints]
+    freed = [c.freed(setting) for c in constraints]
     linear, translation = (set(range(len(setting.times))).difference(*(f[k] for f in freed)) for k in (0, 1))
     size = d * d
     if channels == size:

@@ -6,9 +6,10 @@ from typing import TypeVar
 import casadi as ca
 import numpy as np
 
-from symmotion.energies import Energy
+from symmotion import checks
+from symmotion.energies import Energy, JetEnergy
 from symmotion.errors import InputError
-from symmotion.jets.jet import AnyJet, expressed
+from symmotion.jets.jet import AnyJet, as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import JetKernel, LinearSpace
 from symmotion.program import Block, BlockEvaluator
 
@@ -31,7 +32,8 @@ def as_objective(objective: Energy | None, default: Energy) -> Energy:
 def parts_of(objective: Energy) -> list[tuple[str, float, Energy]]:
     """The terms of an objective that count: a name of their own, weight and energy each."""
     taken: set[str] = set()
-    return [(distinct(e.name, taken), w, e) for w, e in objective.parts if w]
+    parts = [(checks.text(e.name, f"name of the {type(e).__name__}"), w, e) for w, e in objective.parts if w]
+    return [(distinct(name, taken), w, e) for name, w, e in parts]
 
 
 def distinct(name: str, taken: set[str]) -> str:
@@ -48,28 +50,49 @@ def expression_of(energy: Energy, weight: float, jet: AnyJet) -> tuple[ca.SX, bo
 
     InputError that names the energy where it cannot be said of such a jet.
     """
+    who, kind = f"energy {energy.name}", of_jets([jet])
+    residuals = said(who, kind, lambda: energy.residuals(jet)) if weight > 0 else None
+    if residuals is not None:
+        return ca.vec(as_expression(who, residuals)), True
+    out = as_expression(who, said(who, kind, lambda: energy.integrand(jet)))
+    if out.numel() != 1:
+        raise InputError(
+            f"{who} returns shape {out.shape} as integrand: a scalar is needed; a column of residuals, whose squares "
+            "add up, is for residuals(jet) or squares=True"
+        )
+    return out, False
 
-    def say() -> tuple[ca.SX, bool]:
-        residuals = energy.residuals(jet)
-        if residuals is not None and weight > 0:
-            return ca.SX(residuals), True
-        return ca.SX(energy.integrand(jet)), False
 
-    return expressed(f"energy {energy.name} cannot be said of", [jet], say)
+def closed_expression(energy: Energy, weight: float, jet: AnyJet) -> tuple[ca.SX, bool]:
+    """As `expression_of`, of a jet made of symbols: InputError too where it holds what is not the jet's."""
+    out, squares = expression_of(energy, weight, jet)
+    require_closed(f"the integrand of {energy.name}", out, [jet])
+    return out, squares
+
+
+def density_of(energy: Energy, jet: AnyJet) -> ca.SX:
+    """The integrand φ of an energy, or of a sum of energies, for a jet made of symbols."""
+    found = [(w, *closed_expression(e, 1.0, jet)) for w, e in energy.parts]
+    return sum((w * (ca.sumsqr(out) if squares else out) for w, out, squares in found), ca.SX(0))
 
 
 def kernel_of(energy: Energy, weight: float, space: LinearSpace) -> JetKernel:
     """The kernel of an energy in a linear space; an energy keeps those that were made of it."""
 
     def make() -> JetKernel:
-        out, squares = expression_of(energy, weight, space.jet())
+        out, squares = closed_expression(energy, weight, space.jet())
         return JetKernel.of(space, out, f"the integrand of {energy.name}", squares)
 
     return kept(energy, (space.kind, weight > 0), make)
 
 
 def kept(energy: Energy, key: object, make: Callable[[], T]) -> T:
-    """What was made of an energy under a key before, else what `make` gives. An energy is frozen, and no hash of it."""
+    """What was made of an energy under a key before, else what `make` gives. An energy is frozen, and no hash of it.
+
+    Not of what users write: it may look at things that change, and kernels of equal text are one all the same.
+    """
+    if isinstance(energy, JetEnergy) or not type(energy).__module__.startswith("symmotion."):
+        return make()
     store = getattr(energy, "__dict__", {}).setdefault("_made", {})
     if key not in store:
         store[key] = make()

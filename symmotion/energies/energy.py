@@ -11,7 +11,8 @@ import numpy as np
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.jets import Written
-from symmotion.values import same_fields
+from symmotion.jets.jet import as_expression
+from symmotion.values import restore, same, same_fields, settle
 
 # Any: of the kind that an energy is written for, which it says itself.
 OwnJet: TypeAlias = Any
@@ -20,8 +21,12 @@ OwnJet: TypeAlias = Any
 class Energy:
     """A functional ∫ φ(jet) dt of a motion. A subclass states `residuals` (φ their sum of squares) or `integrand`.
 
-    The jet is that of whatever motion the energy is asked of: `Jet`, `RigidJet`, `CurveJet`.
+    The jet is that of whatever motion the energy is asked of: `Jet`, `RigidJet`, `CurveJet`. Arrays in the fields of
+    a subclass that is a dataclass are copied, and refuse writes.
     """
+
+    def __post_init__(self):
+        settle(self)
 
     @property
     def name(self) -> str:
@@ -67,7 +72,7 @@ class Energy:
             return NotImplemented
         left = list(self.parts)
         for weight, energy in other.parts:
-            alike = next((k for k, (_, mine) in enumerate(left) if mine == energy), None)
+            alike = next((k for k, (_, mine) in enumerate(left) if same(mine, energy)), None)
             if alike is None:
                 left.append((-weight, energy))
             else:
@@ -97,6 +102,8 @@ class Energy:
     def __getstate__(self) -> dict[str, object]:
         # Kernels that were made of it are made again where they are asked for.
         return {name: value for name, value in self.__dict__.items() if name != "_made"}
+
+    __setstate__ = restore
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +159,13 @@ class JetEnergy(Energy):
             raise InputError(f"function {self.function!r}: a function of a jet is needed")
         if self.gauss_nodes is not None:
             checks.whole(self.gauss_nodes, 1, "gauss_nodes")
+        checks.text(self.label, "label")
+
+    def __copy__(self) -> "JetEnergy":
+        return self
+
+    def __deepcopy__(self, memo: object) -> "JetEnergy":
+        return self
 
     def __reduce__(self):
         # A lambda does not pickle, the expression that it makes does.
@@ -162,15 +176,13 @@ class JetEnergy(Energy):
         return self.label
 
     def residuals(self, jet: OwnJet) -> ca.SX | None:
-        return ca.vec(ca.SX(self.function(jet))) if self.squares else None
+        return ca.vec(self._expression(jet)) if self.squares else None
 
     def integrand(self, jet: OwnJet) -> ca.SX:
-        if self.squares:
-            return super().integrand(jet)
-        value = ca.SX(self.function(jet))
-        if value.numel() != 1:
-            raise InputError(f"energy {self.label!r} returns shape {value.shape}: a scalar is needed, or squares=True")
-        return value
+        return super().integrand(jet) if self.squares else self._expression(jet)
+
+    def _expression(self, jet: OwnJet) -> ca.SX:
+        return as_expression(f"energy {self.name}", self.function(jet))
 
     def nodes(self, degree: int) -> int:
         return self.gauss_nodes or 2 * degree

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from symmotion.errors import InputError
 from symmotion.jets.affine import HIGHEST_ORDER
 from symmotion.jets.jet import column
 
@@ -58,15 +59,17 @@ NET_ORDERS = tuple((u, v) for total in range(4) for u in range(total, -1, -1) fo
 class NetJet:
     """A two-parameter net of coordinates and its partial derivatives at one (u, v), as CasADi expressions.
 
-    derivatives: (C, 1) each, by order: d, du, dv, duu, duv, dvv, duuu, …, dvvv.
+    derivatives: (C, 1) each, by order: d, du, dv, duu, duv, dvv, duuu, …, dvvv. parameters: 2, or 1 of a net that is
+    a curve, which has no derivative by v.
     """
 
     derivatives: tuple[ca.SX, ...]
     t: ca.SX
+    parameters: int = 2
 
     @property
     def kind(self) -> str:
-        return f"net {self.d.numel()}"
+        return f"net {self.d.numel()}" if self.parameters == 2 else f"net {self.d.numel()} of a curve"
 
     @property
     def entries(self) -> ca.SX:
@@ -74,6 +77,8 @@ class NetJet:
 
     def partial(self, u: int, v: int) -> ca.SX:
         """(C, 1) ∂ᵘ⁺ᵛ d/∂uᵘ∂vᵛ, u + v ≤ 3."""
+        if v and self.parameters == 1:
+            raise InputError("a net of one parameter u has no derivative by v: du, duu and partial(3, 0) are its own")
         return self.derivatives[NET_ORDERS.index((u, v))]
 
     @property
@@ -101,7 +106,8 @@ class NetJet:
         return self.partial(0, 2)
 
 
-def net_jet(entries: ca.SX, channels: int) -> NetJet:
+def net_jet(entries: ca.SX, channels: int, parameters: int) -> NetJet:
     """The jet of entries in the order of `NetJet.entries`."""
     count = len(NET_ORDERS)
-    return NetJet(tuple(entries[k * channels : (k + 1) * channels] for k in range(count)), entries[count * channels :])
+    parts = tuple(entries[k * channels : (k + 1) * channels] for k in range(count))
+    return NetJet(parts, entries[count * channels :], parameters)

@@ -1,12 +1,13 @@
 """What every jet has, whatever the motion: the entries that it is made of, and body points where there are."""
 
 from collections.abc import Callable, Sequence
-from typing import Protocol, TypeVar, runtime_checkable
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion import checks
 from symmotion.errors import InputError
 
 
@@ -49,18 +50,65 @@ class BodyJet(AnyJet, Protocol):
 
 
 T = TypeVar("T")
+COMPARISONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR)
 
 
-def expressed(failing: str, jets: Sequence[AnyJet], say: Callable[[], T]) -> T:
-    """What `say` says of jets; an InputError `failing` with the kinds of the jets where it cannot."""
+def said(who: str, what: str, say: Callable[[], T]) -> T:
+    """What a function of the user's own returns; what it raises as an InputError that names it: `who` fails on `what`.
+
+    An InputError of its own passes.
+    """
     try:
         return say()
     except InputError:
         raise
-    except (AttributeError, TypeError, NotImplementedError, RuntimeError, IndexError) as error:
-        kinds = " and ".join(jet.kind for jet in jets)
-        said = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"{failing} jets of kind {kinds}: {said[:300]}") from error
+    except Exception as error:
+        line = (str(error).strip() or "no message").splitlines()[0]
+        raise InputError(f"{who} fails on {what}: {type(error).__name__}: {line[:300]}") from error
+
+
+def of_jets(jets: Sequence[AnyJet]) -> str:
+    """How messages call them."""
+    return f"jets of kind {' and '.join(jet.kind for jet in jets)}"
+
+
+# Any: whatever a function returned.
+def as_expression(who: str, found: Any) -> ca.SX:
+    """What a function of the user's own returned as an expression; InputError where it is none that can be used."""
+    try:
+        given = isinstance(found, ca.SX) or (isinstance(found, np.ndarray) and found.dtype.kind == "O")
+        out = ca.SX(found) if given else None
+    except (NotImplementedError, TypeError):
+        out = None
+    if out is None:
+        kind = "None" if found is None else f"something of type {type(found).__name__}"
+        raise InputError(
+            f"{who} returns {kind}: a CasADi expression of the jet is needed; ca.vertcat(…) makes a column of several"
+        )
+    if not out.numel():
+        raise InputError(f"{who} returns an empty expression")
+    entries: list[Any] = out.nonzeros()  # Any: CasADi's stubs leave out what its elements can do
+    if any(not entry.is_leaf() and entry.op() in COMPARISONS for entry in entries):
+        raise InputError(f"{who} returns a comparison: give the expression itself, its bounds as lower= and upper=")
+    return out
+
+
+def require_closed(who: str, out: ca.SX, jets: Sequence[AnyJet], more: Sequence[ca.SX] = ()) -> None:
+    """InputError unless an expression is one of the motion, of no other symbols, and of numbers that are finite.
+
+    jets: made of symbols; more: further symbols that it may hold.
+    """
+    entries = [jet.entries for jet in jets]
+    inputs = [*(e[:-1] for e in entries), *(e[-1] for e in entries), *more]
+    function = ca.Function("closed", inputs, [out], {"allow_free": True})
+    if function.has_free():
+        raise InputError(f"{who} holds the symbol {function.get_free()[0]}, which is neither the jet's nor a parameter")
+    constants = (k for k in range(function.n_instructions()) if function.instruction_id(k) == ca.OP_CONST)
+    for value in map(function.instruction_constant, constants):
+        if not np.isfinite(value):
+            raise InputError(f"{who} holds the number {value}: finite ones are needed")
+    if not any(function.jac_sparsity(0, k).nnz() for k in range(len(jets))):
+        raise InputError(f"{who} does not depend on the motion")
 
 
 def body_point(point: ArrayLike, dimension: int) -> ca.DM | ca.SX:
@@ -70,10 +118,7 @@ def body_point(point: ArrayLike, dimension: int) -> ca.DM | ca.SX:
         if column.numel() != dimension:
             raise InputError(f"a body point of {column.numel()} coordinates: {dimension} are needed")
         return column
-    numbers = np.asarray(point, dtype=float)
-    if numbers.shape != (dimension,) or not np.isfinite(numbers).all():
-        raise InputError(f"body point of shape {numbers.shape}: finite, ({dimension},), is needed")
-    return ca.DM(numbers)
+    return ca.DM(checks.array(point, (dimension,), "body point"))
 
 
 def column(parts: Sequence[ca.SX]) -> ca.SX:

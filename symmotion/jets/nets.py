@@ -38,7 +38,7 @@ class NetSpace:
         return self.bases[0].breakpoints
 
     def jet(self, slot: int = 0) -> NetJet:
-        return net_jet(_net_symbols(self.channels), self.channels)
+        return net_jet(_net_symbols(self.channels), self.channels, len(self.bases))
 
     def symbols(self, slot: int = 0) -> NetJet:
         return self.jet(slot)
@@ -47,22 +47,22 @@ class NetSpace:
         symbols, c = _net_symbols(self.channels), self.channels
         return [k for k in range(len(NET_ORDERS)) if ca.depends_on(out, symbols[k * c : (k + 1) * c])]
 
+    def require_inside(self, pairs: np.ndarray, name: str) -> None:
+        """InputError that names what asks for parameters (N, 2), of a curve (N, 1), which the net has not."""
+        if pairs.shape[1:] != (len(self.bases),):
+            raise InputError(f"{name}: parameters of shape {pairs.shape}: (N, {len(self.bases)}) is needed on this net")
+        for k, basis in enumerate(self.bases):
+            a, b = basis.domain
+            outside = ~((pairs[:, k] >= a) & (pairs[:, k] <= b))
+            if outside.any():
+                raise InputError(f"{name}: parameter {'uv'[k]} = {pairs[outside, k][0]:g} is outside [{a:g}, {b:g}]")
+
     def needed(self, slot: int, out: ca.SX) -> int:
         return self.channels if slot == 0 and self._orders(out) else 0
 
     def read(self, slot: int, out: ca.SX, times: np.ndarray, sides: np.ndarray | None, width: int) -> Reading:
         symbols, c, found = _net_symbols(self.channels), self.channels, self._orders(out)
-        pairs = times.reshape(len(times), -1)
-        if pairs.shape[1] != len(self.bases):
-            raise InputError(
-                f"parameters of shape {pairs.shape} for a net of {len(self.bases)}: (N, {len(self.bases)})"
-            )
-        for k, basis in enumerate(self.bases):
-            a, b = basis.domain
-            outside = ~((pairs[:, k] >= a) & (pairs[:, k] <= b))
-            if outside.any():
-                raise InputError(f"parameter {'uv'[k]} = {pairs[outside, k][0]:g} is outside [{a:g}, {b:g}]")
-        operators = []
+        pairs, operators = times.reshape(len(times), -1), []
         for k in found:
             factors = [basis.matrix(pairs[:, i], NET_ORDERS[k][i]) for i, basis in enumerate(self.bases)]
             operators.append(_row_products(factors))

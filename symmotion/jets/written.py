@@ -24,7 +24,7 @@ def jets_of_all_kinds() -> list[AnyJet]:
     affine = [affine_jet(symbols(ORDERS * (d * d + d) + 1), d) for d in (2, 3)]
     rigid = [rigid_jet(symbols(23 if pose else 11), pose) for pose in (False, True)]
     curves = [curve_jet(symbols(ORDERS * size + 1), (size, 1)) for size in range(1, 9)]
-    nets = [net_jet(symbols(len(NET_ORDERS) * size + 1), size) for size in (4, 8)]
+    nets = [net_jet(symbols(len(NET_ORDERS) * size + 1), size, count) for size in (4, 8) for count in (1, 2)]
     return [*affine, *rigid, *curves, *nets]
 
 

@@ -146,7 +146,7 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
         (lambda: program(sm.constraints.UnitVolume([0.5, 9.0])), r"unit volume: time 9.0 is outside .*\[0, 5\]"),
         (lambda: program(sm.constraints.UnitVolume([1.0])), "time 1 is a keyframe's"),
         (lambda: program(sm.constraints.OnLine(1, [0, 0, 0])), "line: the direction is zero"),
-        (lambda: sm.Tolerance(linear=-1.0), r"tolerance: linear -1.0: must be positive"),
+        (lambda: sm.Tolerance(linear=-1.0), r"tolerance: linear -1.0: a positive number"),
         (lambda: sm.Tolerance(), "a tolerance on the linear part or the translation"),
         (lambda: program(sm.Tolerance(translation=0.1), objective=sm.Rigidity()), "tolerance is a condition on the tr"),
         (lambda: program(sm.constraints.NoInversion(1.5)), "keyframe 0 has determinant 1, below 1.5"),

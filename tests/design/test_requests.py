@@ -291,7 +291,10 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
         (lambda: PROGRAMS["affine"]("floor"), "constraints 'floor': a list of conditions"),
         (lambda: PROGRAMS["affine"](["floor"]), "'floor' is no condition"),
         (lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: jet.w)]), "fails on jets of kind affine 3D"),
-        (lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: 3.0, name="three")]), "three does not depend"),
+        (
+            lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: 3.0, name="three")]),
+            "three.* of type float",
+        ),
         (lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: jet.v, at=9.0)]), r"time 9.0 is outside .*\[0, 5\]"),
         (
             lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: jet.v, upper=[1.0, 2.0], at=0.5)]),
@@ -308,15 +311,15 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
         (lambda: WRONG.affine_program("walk.bvh"), "read_keyframes"),
         (
             lambda: sm.pose_program(TIMES, TURNS, PLACES, objective=sm.Rigidity()),
-            "energy R cannot be said of jets of kind pose",
+            "energy R fails on jets of kind pose",
         ),
         (
             lambda: sm.orientation_program(TIMES, TURNS, objective=sm.Rigidity()),
-            "energy R cannot be said of jets of kind orientation",
+            "energy R fails on jets of kind orientation",
         ),
         (
             lambda: sm.affine_program(sm.examples.planar_keyframes(), objective=sm.Torque((1, 2, 3))),
-            "energy torque cannot be said of jets of kind affine 2D",
+            "energy torque fails on jets of kind affine 2D",
         ),
         (lambda: WRONG.measure(sm.Rigidity(), KEYS), "the motion comes first"),
     ],
