@@ -1,7 +1,7 @@
 """What is refused, in one voice: InputErrors that name the argument, what was given and what is needed."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from numbers import Real
 from typing import Any, TypeGuard, TypeVar
 
@@ -41,7 +41,7 @@ def not_negative(value: object, what: str) -> float:
 def choice(value: Kind, known: Iterable[object], what: str) -> Kind:
     """The value; InputError that lists what there is unless it is one of them."""
     known = tuple(known)
-    if value not in known:
+    if not isinstance(value, Hashable) or value not in known:  # an array has no single answer to ==
         raise InputError(f"{what} {value!r} is unknown; there are {', '.join(map(str, known))}")
     return value
 
@@ -71,18 +71,40 @@ def array(value: object, shape: tuple[int | str, ...], what: str, *, finite: boo
 
 
 def numbers(value: object, what: str) -> np.ndarray:
-    """A copy of the value as an array of floats; InputError where it is masked, complex, or no array of numbers."""
+    """A copy of the value as an array of floats; InputError where it is masked, complex, or no array of numbers.
+
+    Text, dates and a lone truth value are no numbers, though they could be read as such.
+    """
     if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
         raise InputError(f"{what}: entries are masked; leave them out or fill them in")
+    nothing = InputError(f"{what}: a {type(value).__name__} is no array of numbers")
     try:
         given = np.asarray(value)
-        if np.iscomplexobj(given):
-            raise InputError(f"{what}: complex numbers; real ones are needed")
-        return np.array(given, dtype=float)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{what}: a {type(value).__name__} is no array of numbers") from None
+        plain = given.dtype.kind in "biuf" or not any(isinstance(x, str | bytes) for x in given.flat)
+        floats = np.array(given, dtype=float) if plain and given.dtype.kind in "biufO" else None
+    except (TypeError, ValueError):
+        raise nothing from None
+    if given.dtype.kind == "c":
+        raise InputError(f"{what}: complex numbers; real ones are needed")
+    if given.dtype.kind in "mM":
+        raise InputError(f"{what}: dates or durations; numbers are needed")
+    if floats is None or value is None or (given.dtype.kind == "b" and not given.ndim):
+        raise nothing
+    return floats
+
+
+def index(value: object, count: int, what: str) -> int:
+    """The value as a place among `count`, counted from the end where negative; InputError where there is none such."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not -count <= value < count:
+        raise InputError(f"{what} {value!r} does not exist: there are {count}")
+    return int(value) % count
+
+
+def indices(value: object, count: int, what: str) -> list[int]:
+    """The places among `count` that a sequence names, as `index`, each once and in order."""
+    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+        raise InputError(f"{what} {value!r}: a list of whole numbers is needed")
+    return sorted({index(i, count, what) for i in value})
 
 
 def times(value: object, what: str = "times", least: int = 1) -> np.ndarray:
