@@ -1,6 +1,9 @@
 """What a user may ask of a program, in public names: each request in at most three lines beyond the program itself."""
 
+import copy
 import pickle
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from typing import Any
 
 import casadi as ca
@@ -105,6 +108,43 @@ def test_two_bodies_at_a_fixed_distance():
     assert by_ipopt.objective == pytest.approx(solution.objective, rel=1e-8)
     alone = sum(sm.ExactNewton().solve(p).objective for p in two.values())
     assert solution.objective > alone
+
+
+def two_bodies(at, shift=0.0):
+    """An affine body and a pose that keep their distance, the pose `shift` later."""
+    keys = sm.Keyframes.from_rotations(TIMES + shift, TURNS, PLACES + np.array([2.0, 0.0, 0.0]))
+    two = {"a": sm.affine_program(sm.Keyframes.from_rotations(TIMES, TURNS, PLACES), objective=BOTH)}
+    two["p"] = sm.pose_program(keys)
+    far = sm.JetConstraint(
+        lambda a, b, d: ca.sumsqr(a.v - b.v) - d.least, upper=np.inf, at=at, name="far", parameters={"least": 3.9}
+    )
+    return sm.join(two, [far])
+
+
+@pytest.mark.parametrize("at", [None, 1.6, [1.6, 2.6], [(1.6, 2.6)]])
+def test_bodies_travel_together(at):
+    program = two_bodies(at)
+    turned = sm.Keyframes.from_rotations(TIMES, TURNS, PLACES + 0.1)
+    for travelled in (pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(program)))), copy.deepcopy(program)):
+        there, here = travelled.with_keyframes({"a": turned}), program.with_keyframes({"a": turned})
+        x = here.x0 + 0.1
+        np.testing.assert_allclose(sm.program.Evaluator(there).values(x), sm.program.Evaluator(here).values(x))
+
+
+def test_bodies_travel_to_other_processes():
+    program = two_bodies([1.6])
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        found = sm.solve_many([program], solver=sm.Ipopt(), executor=pool)
+    assert found[0].objective == pytest.approx(sm.Ipopt().solve(program).objective, rel=1e-9)
+
+
+def test_each_time_of_a_tuple_is_of_its_own_body():
+    assert two_bodies([(1.6, 11.6)], shift=10.0).constraint("far").block.count == 1
+    assert two_bodies(None, shift=1.3).constraint("far").block.count > 1
+    with pytest.raises(sm.InputError, match=r"far: time 1.6 is outside the motion's domain \[1\d"):
+        two_bodies([(1.6, 1.6)], shift=10.0)
+    with pytest.raises(sm.InputError, match="far: the motions have no times in common"):
+        two_bodies(None, shift=10.0)
 
 
 @pytest.mark.parametrize("kinds", ["affine and pose", "pose and orientation", "affine and curve"])
@@ -303,6 +343,10 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
         (lambda: PROGRAMS["curve"]([sm.RateBound(1.0)]), "rate"),
         (lambda: sm.join({"a": PROGRAMS["affine"](())}), "two names or more"),
         (lambda: WRONG.join({"a": PROGRAMS["affine"](()), "b": 3}), "programs, 'b': a program"),
+        *(
+            (lambda n=n: WRONG.join({n: PROGRAMS["affine"](()), "b": PROGRAMS["affine"](())}), "of a body: a text")
+            for n in (1, None, "")
+        ),
         (lambda: WRONG.orientation_program(TIMES, TURNS, knots_per_interval=2), "knots_per_interval is refine"),
         (lambda: WRONG.orientation_program(TIMES, TURNS, inertia=(1, 2, 2)), r"inertia is objective=Torque\(inertia\)"),
         (lambda: WRONG.affine_program("walk.bvh"), "read_keyframes"),
