@@ -11,7 +11,16 @@ from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
-from symmotion.design.question import Groups, as_constraints, assembled, by_keyframe, keyframe_groups, require_start
+from symmotion.design.question import (
+    Groups,
+    as_constraints,
+    assembled,
+    by_keyframe,
+    keyframe_groups,
+    other_keyframes,
+    require_start,
+    require_times,
+)
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
@@ -210,10 +219,8 @@ class AffineDesign:
 
     def with_keyframes(self, program: "Program[AffineDesign]", keyframes: Keyframes) -> "Program[AffineDesign]":
         """The program for other keyframes; structure and kernels are kept where the times are the same."""
-        if keyframes.dimension != self.keyframes.dimension:
-            raise InputError(f"keyframes in {keyframes.dimension}D for a program in {self.keyframes.dimension}D")
-        if not np.array_equal(keyframes.times, self.keyframes.times):
-            raise InputError("with_keyframes keeps the times; make a new program for other times")
+        keyframes = other_keyframes(keyframes, self.keyframes)
+        require_times(keyframes.times, self.keyframes.times)
         # The old start plus the spline through the changes: smooth, and exact at the new keyframes.
         began = perf_counter()
         change = keyframes.coordinates - self.keyframes.coordinates

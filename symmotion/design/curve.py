@@ -12,7 +12,7 @@ from symmotion import checks
 from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
 from symmotion.curves import Curve
 from symmotion.design.affine import represent
-from symmotion.design.question import as_constraints, assembled, require_rates
+from symmotion.design.question import as_constraints, assembled, require_rates, require_times
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Bending, Energy
 from symmotion.errors import InputError
@@ -345,8 +345,7 @@ class CurveDesign:
         first = self.conditions[0]
         if first.name != KEYFRAMES or not isinstance(keyframes, Keyframes):
             raise InputError("with_keyframes: the program was made of conditions, or these are no Keyframes")
-        if not np.array_equal(keyframes.times, first.times[:, 0]):
-            raise InputError("with_keyframes keeps the times; make a new program for other times")
+        require_times(keyframes.times, first.times[:, 0])
         moved = CurveCondition.at(keyframes.times, keyframes.translation, name=KEYFRAMES)
         fresh = replace(self, conditions=(moved, *self.conditions[1:])).program()
         return replace(fresh, structure=program.structure, build_seconds=perf_counter() - began)

@@ -13,7 +13,14 @@ from symmotion import checks
 from symmotion.constraints import EndRates, ExactSamples, MotionConstraint, Periodic, Setting
 from symmotion.design.fit_space import fit_basis, require_determined, require_free
 from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, built, require_rates, require_start
+from symmotion.design.question import (
+    as_constraints,
+    built,
+    other_keyframes,
+    require_rates,
+    require_start,
+    require_times,
+)
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
@@ -201,10 +208,8 @@ class FitDesign:
 
     def with_keyframes(self, program: "Program[FitDesign]", keyframes: Keyframes) -> "Program[FitDesign]":
         """The program for other samples at the same times; structure and kernels are kept."""
-        if keyframes.dimension != self.samples.dimension:
-            raise InputError(f"samples in {keyframes.dimension}D for a program in {self.samples.dimension}D")
-        if not np.array_equal(keyframes.times, self.samples.times):
-            raise InputError("with_keyframes keeps the times; make a new program for other times")
+        keyframes = other_keyframes(keyframes, self.samples)
+        require_times(keyframes.times, self.samples.times)
         began = perf_counter()
         used = np.union1d(self.followed, self.exact)
         start = _least_squares(self.basis, keyframes, used, self.weights)

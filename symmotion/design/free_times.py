@@ -19,6 +19,7 @@ from symmotion.design.question import (
     assembled,
     by_keyframe,
     keyframe_groups,
+    other_keyframes,
     require_rates,
     require_start,
 )
@@ -250,7 +251,8 @@ class FreeTimesDesign:
 
     def with_keyframes(self, program: "Program[FreeTimesDesign]", keyframes: Keyframes) -> "Program[FreeTimesDesign]":
         """The program for other keyframes over the same time, started from theirs; compiled kernels are kept."""
-        if keyframes.dimension != self.keyframes.dimension or len(keyframes) != len(self.keyframes):
+        keyframes = other_keyframes(keyframes, self.keyframes)
+        if len(keyframes) != len(self.keyframes):
             raise InputError(f"{keyframes!r} for a program of {self.keyframes!r}")
         if not np.array_equal(keyframes.times[[0, -1]], self.keyframes.times[[0, -1]]):
             raise InputError("with_keyframes keeps the first and the last time; make a new program for others")

@@ -317,6 +317,30 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
     assert -float(solve(0.1).multipliers["fixed"]) == pytest.approx(slope, rel=1e-4, abs=1e-7)
 
 
+FRESH = Rotation.random(5, random_state=2)
+
+
+@pytest.mark.parametrize(
+    ("kind", "forms"),
+    [
+        ("orientation", [sm.Keyframes.from_rotations(TIMES, FRESH), (TIMES, FRESH), FRESH, FRESH.as_matrix()]),
+        ("pose", [sm.Keyframes.from_rotations(TIMES, FRESH, 2 * PLACES), (TIMES, FRESH, 2 * PLACES)]),
+    ],
+)
+def test_keyframes_change_in_the_form_in_which_they_came(kind, forms):
+    found = [PROGRAMS[kind](()).with_keyframes(form) for form in forms]
+    for program in found:
+        np.testing.assert_allclose(program.x0, found[0].x0, atol=1e-12)
+        assert np.abs(program.x0 - PROGRAMS[kind](()).x0).max() > 0.1
+
+
+@pytest.mark.parametrize("form", [None, "a.csv", 3, KEYS[0], KEYS.linear, (TIMES + 1, TURNS, PLACES)])
+@pytest.mark.parametrize("kind", PROGRAMS)
+def test_keyframes_that_are_none_are_refused(kind, form):
+    with pytest.raises(sm.InputError, match="keyframe|quaternions"):
+        PROGRAMS[kind](()).with_keyframes(form)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
