@@ -76,10 +76,9 @@ class Format:
 
 def rows(formats: Iterable[Format], way: Way, *holds: Holds) -> tuple[Format, ...]:
     """The rows that can be read, or written, and hold one of these; InputError unless they are rows."""
-    table = tuple(formats) if isinstance(formats, Iterable) else (formats, None)
-    for row in table:
-        if not isinstance(row, Format):
-            raise InputError(f"formats {checks.told(formats)}: a table is needed, (*symmotion.files.FORMATS, mine)")
+    table = tuple(formats) if isinstance(formats, Iterable) else ()
+    if not isinstance(formats, Iterable) or not all(isinstance(row, Format) for row in table):
+        raise InputError(f"formats {checks.told(formats)}: a table is needed, (*symmotion.files.FORMATS, mine)")
     return tuple(row for row in table if row.holds in holds and getattr(row, way) is not None)
 
 

@@ -46,7 +46,7 @@ def test_a_format_of_ones_own_is_a_row(tmp_path):
         sm.read_keyframes(tmp_path / "a.pts", node="hip", formats=table)
 
 
-def own(read=None, write=None, holds="keyframes") -> Any:
+def own(read: Any = None, write: Any = None, holds: Any = "keyframes") -> Any:  # Any: what is wrong too
     return [Format("own", ("own",), holds, "one's own", read, write)]
 
 
