@@ -20,21 +20,28 @@ def whole(value: Any, least: int, what: str, of: str = "") -> int:
     except (TypeError, ValueError, OverflowError):
         good = False
     if not good:
-        raise InputError(f"{what} {value!r}: a whole number{of}, {least} or more, is needed")
+        raise InputError(f"{what} {told(value)}: a whole number{of}, {least} or more, is needed")
     return int(value)
+
+
+def number(value: object, what: str) -> float:
+    """The value as a float; InputError unless it is a finite number."""
+    if not (_is_number(value) and np.isfinite(value)):
+        raise InputError(f"{what} {told(value)}: a finite number is needed")
+    return float(value)
 
 
 def positive(value: object, what: str) -> float:
     """The value as a float; InputError unless it is a positive finite number."""
     if not (_is_number(value) and np.isfinite(value) and value > 0):
-        raise InputError(f"{what} {value!r}: a positive number is needed")
+        raise InputError(f"{what} {told(value)}: a positive number is needed")
     return float(value)
 
 
 def not_negative(value: object, what: str) -> float:
     """The value as a float; InputError unless it is a finite number, 0 or more."""
     if not (_is_number(value) and np.isfinite(value) and value >= 0):
-        raise InputError(f"{what} {value!r}: a finite number, 0 or more, is needed")
+        raise InputError(f"{what} {told(value)}: a finite number, 0 or more, is needed")
     return float(value)
 
 
@@ -42,7 +49,7 @@ def choice(value: Kind, known: Iterable[object], what: str) -> Kind:
     """The value; InputError that lists what there is unless it is one of them."""
     known = tuple(known)
     if not isinstance(value, Hashable) or value not in known:  # an array has no single answer to ==
-        raise InputError(f"{what} {value!r} is unknown; there are {', '.join(map(str, known))}")
+        raise InputError(f"{what} {told(value)} is unknown; there are {', '.join(map(str, known))}")
     return value
 
 
@@ -96,14 +103,14 @@ def numbers(value: object, what: str) -> np.ndarray:
 def index(value: object, count: int, what: str) -> int:
     """The value as a place among `count`, counted from the end where negative; InputError where there is none such."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not -count <= value < count:
-        raise InputError(f"{what} {value!r} does not exist: there are {count}")
+        raise InputError(f"{what} {told(value)} does not exist: there are {count}")
     return int(value) % count
 
 
 def indices(value: object, count: int, what: str) -> list[int]:
     """The places among `count` that a sequence names, as `index`, each once and in order."""
     if isinstance(value, str | bytes) or not isinstance(value, Iterable):
-        raise InputError(f"{what} {value!r}: a list of whole numbers is needed")
+        raise InputError(f"{what} {told(value)}: a list of whole numbers is needed")
     return sorted({index(i, count, what) for i in value})
 
 
@@ -121,6 +128,12 @@ def times(value: object, what: str = "times", least: int = 1) -> np.ndarray:
             f"{what}: number {i + 1} ({given[i + 1]:.17g}) does not come after number {i} ({given[i]:.17g})"
         )
     return given
+
+
+def told(value: object) -> str:
+    """A value as messages show it, in one line of at most eighty characters."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else f"{text[:79]}…"
 
 
 def read_only(value: np.ndarray) -> np.ndarray:

@@ -165,7 +165,7 @@ class JetConstraint(MotionConstraint):
         if self.parameters is not None:
             if not isinstance(self.parameters, Mapping) or not all(isinstance(k, str) for k in self.parameters):
                 raise InputError(
-                    f"{self.name}: parameters {self.parameters!r}: a mapping of names to numbers is needed"
+                    f"{self.name}: parameters {checks.told(self.parameters)}: a mapping of names to numbers is needed"
                 )
             values = {k: checks.numbers(v, f"{self.name}: parameter {k!r}") for k, v in self.parameters.items()}
             for key, value in values.items():
@@ -336,7 +336,6 @@ def _named(shapes: Mapping[str, tuple[int, ...]], symbols: Sequence[ca.SX]) -> S
 
 def dense_times(times: np.ndarray, density: int, name: str) -> np.ndarray:
     """`density` times inside every interval of times (M,), equally spaced."""
-    if density < 1:
-        raise InputError(f"{name}: density {density}: at least 1 time per segment is needed")
+    density = checks.whole(density, 1, f"{name}: density")
     share = np.arange(1, density + 1) / (density + 1)
     return (times[:-1, None] + np.diff(times)[:, None] * share).ravel()

@@ -1,6 +1,6 @@
 """What a motion curve can be asked to do at given times: values, derivatives, tolerances, bounds, links."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
+from symmotion import checks
 from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
 from symmotion.errors import InputError
 from symmotion.jets import CurveJet
@@ -59,9 +60,7 @@ class CurveCondition(MotionConstraint):
         name = _name(order) if name is None else name
         times = _times(times, name)
         target = _rows(values, times, f"{name}: values", exact=True)
-        if not (np.isfinite(tolerance) and tolerance >= 0):
-            raise InputError(f"{name}: tolerance {tolerance!r}: a number of 0 or more is needed")
-        width = np.full(len(times), float(tolerance))
+        width = np.full(len(times), checks.not_negative(tolerance, f"{name}: tolerance"))
         return _single(name, times, order, side, target, -width, width)
 
     @staticmethod
@@ -75,7 +74,7 @@ class CurveCondition(MotionConstraint):
         name = f"bounds on {_name(order)}" if name is None else name
         times = _times(times, name)
         low, high = (_rows(b, times, f"{name}: {w}", finite=False) for b, w in ((lower, "lower"), (upper, "upper")))
-        low, high = _alike(low, high)
+        low, high = _alike(low, high, name)
         crossed = (low > high).reshape(len(times), -1).any(axis=1)
         if crossed.any():
             raise InputError(f"{name}: the lower bound at time {times[np.argmax(crossed)]:g} is above the upper one")
@@ -101,12 +100,14 @@ class CurveCondition(MotionConstraint):
 
         The orders below that of the objective make a curve of least ∫ ‖x⁽ᵏ⁾‖² periodic in those above too.
         """
-        ends = _times([start, end], name)
+        ends = _times([checks.number(start, f"{name}: start"), checks.number(end, f"{name}: end")], name)
         if ends[0] > ends[1]:
             raise InputError(f"{name}: the start {start:g} comes after the end {end:g}")
-        if not orders or len(set(orders)) < len(orders):
-            raise InputError(f"{name}: orders {tuple(orders)}: at least one, each once, is needed")
+        if isinstance(orders, str) or not isinstance(orders, Iterable):
+            raise InputError(f"{name}: orders {checks.told(orders)}: a list of derivative orders is needed")
         checked = np.array([_order(o, name) for o in orders])
+        if not checked.size or np.unique(checked).size < checked.size:
+            raise InputError(f"{name}: orders {tuple(checked.tolist())}: at least one, each once, is needed")
         count, zeros = len(checked), np.zeros(len(checked))
         rows = (count, 2)
         return CurveCondition(
@@ -207,8 +208,7 @@ class CurveCondition(MotionConstraint):
 
 def _single(name, times, order, side, target, lower, upper) -> CurveCondition:
     """A condition whose rows sample the curve once."""
-    if side not in SIDES:
-        raise InputError(f"{name}: side {side!r} is unknown; there are left, right")
+    checks.choice(side, SIDES, f"{name}: side")
     one = np.ones((len(times), 1))
     orders = np.full((len(times), 1), _order(order, name))
     return CurveCondition(
@@ -217,17 +217,16 @@ def _single(name, times, order, side, target, lower, upper) -> CurveCondition:
 
 
 def _order(order: int, name: str) -> int:
-    if isinstance(order, bool) or int(order) != order or order < 0:
-        raise InputError(f"{name}: derivative order {order!r}: a whole number, 0 or more, is needed")
-    return int(order)
+    return checks.whole(order, 0, f"{name}: derivative order")
 
 
 def _name(order: int) -> str:
-    return NAMES[order] if order in range(len(NAMES)) else f"derivatives {order}"
+    order = checks.whole(order, 0, "derivative order")
+    return NAMES[order] if order < len(NAMES) else f"derivatives {order}"
 
 
 def _times(times: ArrayLike, name: str) -> np.ndarray:
-    array = np.atleast_1d(np.asarray(times, dtype=float))
+    array = np.atleast_1d(checks.numbers(times, f"{name}: times"))
     if array.ndim != 1 or not array.size or not np.isfinite(array).all():
         raise InputError(f"{name}: times of shape {array.shape}: finite, (N,), N ≥ 1, is needed")
     values, counts = np.unique(array, return_counts=True)
@@ -238,7 +237,7 @@ def _times(times: ArrayLike, name: str) -> np.ndarray:
 
 def _rows(values: ArrayLike, times: np.ndarray, what: str, finite: bool = True, exact: bool = False) -> np.ndarray:
     """(N, …) one row per time; a single number serves for all, unless `exact` and there are several times."""
-    array = np.asarray(values, dtype=float)
+    array = checks.numbers(values, what)
     if not array.ndim and not (exact and len(times) > 1):
         array = np.full(len(times), float(array))
     if not array.ndim or len(array) != len(times):
@@ -248,8 +247,11 @@ def _rows(values: ArrayLike, times: np.ndarray, what: str, finite: bool = True, 
     return array
 
 
-def _alike(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _alike(a: np.ndarray, b: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Both arrays with the trailing axes of the one that has more."""
     axes = max(a.ndim, b.ndim)
-    low, high = np.broadcast_arrays(*(x.reshape(x.shape + (1,) * (axes - x.ndim)) for x in (a, b)))
+    try:
+        low, high = np.broadcast_arrays(*(x.reshape(x.shape + (1,) * (axes - x.ndim)) for x in (a, b)))
+    except ValueError:
+        raise InputError(f"{name}: bounds of shapes {a.shape} and {b.shape}") from None
     return low, high

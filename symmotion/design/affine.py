@@ -18,6 +18,7 @@ from symmotion.design.question import (
     by_keyframe,
     keyframe_groups,
     other_keyframes,
+    rates_at_ends,
     require_start,
     require_times,
 )
@@ -32,7 +33,7 @@ from symmotion.program import Block, BlockEvaluator, Constraint, Multipliers, Pr
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
-from symmotion.splines.interpolation import require_schoenberg_whitney
+from symmotion.splines.interpolation import ENDS, require_schoenberg_whitney
 
 RIGIDITY = Rigidity()
 FAR = 1e3  # distance from zero, in diameters of the keyframes, from which it is subtracted
@@ -75,9 +76,10 @@ def affine_program(
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
     inner = refined_times(keys.times, refine)[1:-1] if knots is None else checks.array(knots, ("K",), "knots")
     basis = _clamped(keys.times[0], inner, keys.times[-1], degree)
-    slopes = None if end_rates is None else np.concatenate([end_rates[0].reshape(2, -1), end_rates[1]], axis=1)
+    rates = rates_at_ends(ends, end_rates, keys.dimension, ENDS)
+    slopes = None if rates is None else np.concatenate([rates.linear.reshape(2, -1), rates.translation], axis=1)
     start = represent(basis, cubic_interpolant(keys.times, keys.coordinates, ends, slopes), keys.times)
-    at_ends = {"clamped": (EndRates(end_rates),), "periodic": (Periodic(),)}.get(ends, ())
+    at_ends = {"clamped": (EndRates(rates),), "periodic": (Periodic(),)}.get(ends, ())
     program = AffineDesign(keys, energy, start, (*at_ends, *asked)).program()
     return replace(program, build_seconds=perf_counter() - began)
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.constraints import MotionConstraint, Setting
+from symmotion.constraints.keyframed import affine_rates
 from symmotion.design.independence import require_independent
 from symmotion.design.terms import distinct
 from symmotion.errors import InputError
@@ -33,6 +34,14 @@ def require_rates(ends: str, end_rates: object, known: Sequence[str] = ("natural
     checks.choice(ends, known, "ends")
     if (ends == "clamped") != (end_rates is not None):
         raise InputError("clamped ends go with end_rates, and end_rates with clamped ends")
+
+
+def rates_at_ends(
+    ends: str, end_rates: object, d: int, known: Sequence[str] = ("natural", "clamped", "periodic")
+) -> Affine | None:
+    """The rates at clamped ends of an affine motion, None at others; what is amiss with them as in `require_rates`."""
+    require_rates(ends, end_rates, known)
+    return None if end_rates is None else Affine(*affine_rates(end_rates, d, "end_rates"))
 
 
 def require_times(times: ArrayLike, wanted: np.ndarray) -> None:

@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion import checks
 from symmotion.errors import InputError
 
 
@@ -70,7 +71,7 @@ def body_point(point: ArrayLike, dimension: int) -> ca.DM | ca.SX:
         if column.numel() != dimension:
             raise InputError(f"a body point of {column.numel()} coordinates: {dimension} are needed")
         return column
-    numbers = np.asarray(point, dtype=float)
+    numbers = checks.numbers(point, "body point")
     if numbers.shape != (dimension,) or not np.isfinite(numbers).all():
         raise InputError(f"body point of shape {numbers.shape}: finite, ({dimension},), is needed")
     return ca.DM(numbers)

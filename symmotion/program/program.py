@@ -247,7 +247,7 @@ class Program(Generic[DesignT]):
                 found.setdefault(place.name, c.block.data[0, place.columns].reshape(place.shape, order="F"))
         return found
 
-    def with_parameters(self, **values: ArrayLike) -> "Program[DesignT]":
+    def with_parameters(self, /, **values: ArrayLike) -> "Program[DesignT]":
         """The same program with other numbers for these parameters; structure and compiled kernels are kept."""
         known, program = self.parameters, self
         for name, value in values.items():

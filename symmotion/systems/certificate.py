@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from symmotion import checks
+from symmotion.errors import InputError
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.program import Program
 from symmotion.systems.condensed import Condensed
@@ -38,6 +40,7 @@ class Certificate:
 
     def holds(self, tolerance: float) -> bool:
         """Whether the first-order conditions hold to a tolerance."""
+        checks.not_negative(tolerance, "tolerance")
         return bool(
             np.isfinite(self.objective)
             and self.stationarity <= tolerance * self.scale
@@ -64,6 +67,10 @@ def certify(
     program: Program, x: np.ndarray, multipliers: np.ndarray, evaluator: Evaluator | None = None
 ) -> Certificate:
     """The certificate of a point x (unknowns,) with multipliers (conditions,)."""
+    if not isinstance(program, Program):
+        raise InputError(f"program of type {type(program).__name__}: a Program is needed")
+    x = checks.array(x, (program.unknowns,), "x", finite=False)
+    multipliers = checks.array(multipliers, (program.conditions,), "multipliers", finite=False)
     evaluator = evaluator or Evaluator(program)
     if not (np.isfinite(x).all() and np.isfinite(multipliers).all()):
         nan = float("nan")

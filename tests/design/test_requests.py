@@ -113,8 +113,8 @@ def test_two_bodies_at_a_fixed_distance():
 def two_bodies(at, shift=0.0):
     """An affine body and a pose that keep their distance, the pose `shift` later."""
     keys = sm.Keyframes.from_rotations(TIMES + shift, TURNS, PLACES + np.array([2.0, 0.0, 0.0]))
-    two = {"a": sm.affine_program(sm.Keyframes.from_rotations(TIMES, TURNS, PLACES), objective=BOTH)}
-    two["p"] = sm.pose_program(keys)
+    mine = sm.affine_program(sm.Keyframes.from_rotations(TIMES, TURNS, PLACES), objective=BOTH)
+    two: dict[str, Any] = {"a": mine, "p": sm.pose_program(keys)}  # Any: programs of different kinds
     far = sm.JetConstraint(
         lambda a, b, d: ca.sumsqr(a.v - b.v) - d.least, upper=np.inf, at=at, name="far", parameters={"least": 3.9}
     )
@@ -134,7 +134,7 @@ def test_bodies_travel_together(at):
 def test_bodies_travel_to_other_processes():
     program = two_bodies([1.6])
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        found = sm.solve_many([program], solver=sm.Ipopt(), executor=pool)
+        found: list[Any] = sm.solve_many([program], solver=sm.Ipopt(), executor=pool)
     assert found[0].objective == pytest.approx(sm.Ipopt().solve(program).objective, rel=1e-9)
 
 
@@ -317,6 +317,69 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
     assert -float(solve(0.1).multipliers["fixed"]) == pytest.approx(slope, rel=1e-4, abs=1e-7)
 
 
+SAMPLES = sm.examples.random_keyframes(20, 10, 2)
+NOTHING: list[Any] = ["x", 1j, [1.0, [2.0, 3.0]], {"a": 1}, object(), True, np.ma.array([1.0, 2.0], mask=[False, True])]
+ARGUMENTS: dict[tuple[str, str], Any] = {  # Any: functions of an argument of any kind
+    ("affine", "degree"): lambda x: WRONG.affine_program(KEYS, degree=x),
+    ("affine", "refine"): lambda x: WRONG.affine_program(KEYS, refine=x),
+    ("affine", "knots"): lambda x: WRONG.affine_program(KEYS, knots=x),
+    ("affine", "ends"): lambda x: WRONG.affine_program(KEYS, ends=x),
+    ("affine", "end_rates"): lambda x: WRONG.affine_program(KEYS, ends="clamped", end_rates=x),
+    ("fit", "controls"): lambda x: WRONG.fit_program(SAMPLES, controls=x),
+    ("fit", "weights"): lambda x: WRONG.fit_program(SAMPLES, controls=9, weights=x),
+    ("fit", "points"): lambda x: WRONG.fit_program(SAMPLES, controls=9, points=x),
+    ("fit", "huber"): lambda x: WRONG.fit_program(SAMPLES, controls=9, huber=x),
+    ("fit", "exact"): lambda x: WRONG.fit_program(SAMPLES, controls=9, exact=x),
+    ("fit", "knots"): lambda x: WRONG.fit_program(SAMPLES, knots=x),
+    ("fit", "end_rates"): lambda x: WRONG.fit_program(SAMPLES, controls=9, ends="clamped", end_rates=x),
+    ("free", "least_step"): lambda x: WRONG.free_times_program(KEYS, least_step=x),
+    ("free", "end_rates"): lambda x: WRONG.free_times_program(KEYS, ends="clamped", end_rates=x),
+    ("orientation", "signs"): lambda x: WRONG.orientation_program(TIMES, TURNS, signs=x),
+    ("orientation", "turns"): lambda x: WRONG.orientation_program(TIMES, TURNS, turns=x),
+    ("orientation", "end_rates"): lambda x: WRONG.orientation_program(TIMES, TURNS, ends="clamped", end_rates=x),
+    ("pose", "translation"): lambda x: WRONG.pose_program(TIMES, TURNS, x),
+    ("curve", "degree"): lambda x: WRONG.curve_program(KEYS, degree=x),
+    ("curve", "domain"): lambda x: WRONG.curve_program(KEYS, domain=x),
+    ("curve", "order"): lambda x: WRONG.curve_program(KEYS, order=x),
+    ("curve", "end rates"): lambda x: WRONG.curve_program(KEYS, ends="clamped", end_rates=x),
+    ("condition", "at"): lambda x: WRONG.JetConstraint(lambda jet: jet.dv, at=x),
+    ("condition", "lower"): lambda x: WRONG.JetConstraint(lambda jet: jet.dv, lower=x),
+    ("condition", "parameter"): lambda x: WRONG.JetConstraint(lambda jet: jet.dv, parameters={"v": x}),
+    ("energy", "body points"): lambda x: WRONG.TrajectoryEnergy(x),
+    ("energy", "masses"): lambda x: WRONG.TrajectoryEnergy(np.eye(3), x),
+    ("energy", "weight"): lambda x: WRONG.energies.EnergySum(((x, sm.Rigidity()),)),
+    ("motion", "times"): lambda x: sm.interpolants.component_cubic(KEYS)(x),
+    ("rigid motion", "times"): lambda x: sm.interpolants.polar_blend(sm.examples.random_keyframes(4, 60, 1))(x),
+    ("turning motion", "times"): lambda x: sm.quaternions.interpolate_quaternions(TIMES, TURNS)(x),
+}
+
+
+@pytest.mark.parametrize("nothing", NOTHING, ids=lambda x: type(x).__name__)
+@pytest.mark.parametrize(("of", "argument"), ARGUMENTS)
+def test_an_argument_that_is_none_is_refused_by_name_in_one_line(of, argument, nothing):
+    with pytest.raises(sm.InputError, match=f"^[^\n]*{argument}[^\n]*$"):
+        ARGUMENTS[of, argument](nothing)
+
+
+@pytest.mark.parametrize("make", [sm.affine_program, sm.free_times_program])
+def test_rates_at_the_ends_come_as_lists_too(make):
+    rates = np.zeros((2, 3, 3)), np.full((2, 3), 0.1)
+    found = [make(KEYS, ends="clamped", end_rates=r, objective=BOTH) for r in (rates, [r.tolist() for r in rates])]
+    assert (
+        sm.program.Evaluator(found[0]).values(found[0].x0).tolist()
+        == sm.program.Evaluator(found[1]).values(found[1].x0).tolist()
+    )
+    with pytest.raises(sm.InputError, match=r"end_rates: translations of shape \(2, 2\)"):
+        make(KEYS, ends="clamped", end_rates=(rates[0], np.zeros((2, 2))))
+
+
+def test_the_domain_is_that_of_the_keyframes():
+    slow = sm.JetConstraint(lambda jet: jet.dx, at=9.0, name="slow")
+    with pytest.raises(sm.InputError, match=r"slow: time 9 is outside the domain \[0, 5\]"):
+        sm.curve_program(KEYS, constraints=[slow])
+    assert sm.curve_program(KEYS, constraints=[slow], domain=(0, 9)).design.basis.domain == (0.0, 9.0)
+
+
 FRESH = Rotation.random(5, random_state=2)
 
 
@@ -337,7 +400,7 @@ def test_keyframes_change_in_the_form_in_which_they_came(kind, forms):
 @pytest.mark.parametrize("form", [None, "a.csv", 3, KEYS[0], KEYS.linear, (TIMES + 1, TURNS, PLACES)])
 @pytest.mark.parametrize("kind", PROGRAMS)
 def test_keyframes_that_are_none_are_refused(kind, form):
-    with pytest.raises(sm.InputError, match="keyframe|quaternions"):
+    with pytest.raises(sm.InputError, match=r"keyframe|quaternions"):
         PROGRAMS[kind](()).with_keyframes(form)
 
 
@@ -387,6 +450,19 @@ def test_keyframes_that_are_none_are_refused(kind, form):
             "energy torque cannot be said of jets of kind affine 2D",
         ),
         (lambda: WRONG.measure(sm.Rigidity(), KEYS), "the motion comes first"),
+        (
+            lambda: sm.measure(sm.interpolants.component_cubic(KEYS), BOTH, times=[0.0, 1.0]),
+            "times: a AffineMotion knows",
+        ),
+        (lambda: WRONG.JetConstraint(lambda jet: jet.v, parameters=[("v", 1.0)]), "parameters .*: a mapping of names"),
+        (
+            lambda: WRONG.JetConstraint(lambda jet: jet.v, parameters={1: 2.0}),
+            "parameters {1: 2.0}: a mapping of names",
+        ),
+        (lambda: sm.JetConstraint(lambda jet: jet.v, at=np.datetime64("2020-01-01")), "at: dates or durations"),
+        (lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: jet.place("abc"))]), "body point: a str is no array"),
+        (lambda: WRONG.energies.EnergySum((sm.Rigidity(),)), "sum of energies: Rigidity.*: pairs of a weight"),
+        (lambda: WRONG.energies.EnergySum(((1.0, 3),)), r"sum of energies: \(1.0, 3\): pairs of a weight"),
     ],
 )
 def test_bad_input_names_the_argument(make, message):
