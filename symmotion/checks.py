@@ -1,7 +1,7 @@
 """What is refused, in one voice: InputErrors that name the argument, what was given and what is needed."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from numbers import Real
 from typing import Any, TypeGuard, TypeVar
 
@@ -20,29 +20,36 @@ def whole(value: Any, least: int, what: str, of: str = "") -> int:
     except (TypeError, ValueError, OverflowError):
         good = False
     if not good:
-        raise InputError(f"{what} {value!r}: a whole number{of}, {least} or more, is needed")
+        raise InputError(f"{what} {told(value)}: a whole number{of}, {least} or more, is needed")
     return int(value)
+
+
+def number(value: object, what: str) -> float:
+    """The value as a float; InputError unless it is a finite number."""
+    if not (_is_number(value) and np.isfinite(value)):
+        raise InputError(f"{what} {told(value)}: a finite number is needed")
+    return float(value)
 
 
 def positive(value: object, what: str) -> float:
     """The value as a float; InputError unless it is a positive finite number."""
     if not (_is_number(value) and np.isfinite(value) and value > 0):
-        raise InputError(f"{what} {value!r}: a positive number is needed")
+        raise InputError(f"{what} {told(value)}: a positive number is needed")
     return float(value)
 
 
 def not_negative(value: object, what: str) -> float:
     """The value as a float; InputError unless it is a finite number, 0 or more."""
     if not (_is_number(value) and np.isfinite(value) and value >= 0):
-        raise InputError(f"{what} {value!r}: a finite number, 0 or more, is needed")
+        raise InputError(f"{what} {told(value)}: a finite number, 0 or more, is needed")
     return float(value)
 
 
 def choice(value: Kind, known: Iterable[object], what: str) -> Kind:
     """The value; InputError that lists what there is unless it is one of them."""
     known = tuple(known)
-    if value not in known:
-        raise InputError(f"{what} {value!r} is unknown; there are {', '.join(map(str, known))}")
+    if not isinstance(value, Hashable) or value not in known:  # an array has no single answer to ==
+        raise InputError(f"{what} {told(value)} is unknown; there are {', '.join(map(str, known))}")
     return value
 
 
@@ -78,18 +85,40 @@ def array(value: object, shape: tuple[int | str, ...], what: str, *, finite: boo
 
 
 def numbers(value: object, what: str) -> np.ndarray:
-    """A copy of the value as an array of floats; InputError where it is masked, complex, or no array of numbers."""
+    """A copy of the value as an array of floats; InputError where it is masked, complex, or no array of numbers.
+
+    Text, dates and a lone truth value are no numbers, though they could be read as such.
+    """
     if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
         raise InputError(f"{what}: entries are masked; leave them out or fill them in")
+    nothing = InputError(f"{what}: a {type(value).__name__} is no array of numbers")
     try:
         given = np.asarray(value)
-        if np.iscomplexobj(given):
-            raise InputError(f"{what}: complex numbers; real ones are needed")
-        return np.array(given, dtype=float)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{what}: a {type(value).__name__} is no array of numbers") from None
+        plain = given.dtype.kind in "biuf" or not any(isinstance(x, str | bytes) for x in given.flat)
+        floats = np.array(given, dtype=float) if plain and given.dtype.kind in "biufO" else None
+    except (TypeError, ValueError):
+        raise nothing from None
+    if given.dtype.kind == "c":
+        raise InputError(f"{what}: complex numbers; real ones are needed")
+    if given.dtype.kind in "mM":
+        raise InputError(f"{what}: dates or durations; numbers are needed")
+    if floats is None or value is None or (given.dtype.kind == "b" and not given.ndim):
+        raise nothing
+    return floats
+
+
+def index(value: object, count: int, what: str) -> int:
+    """The value as a place among `count`, counted from the end where negative; InputError where there is none such."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not -count <= value < count:
+        raise InputError(f"{what} {told(value)} does not exist: there are {count}")
+    return int(value) % count
+
+
+def indices(value: object, count: int, what: str) -> list[int]:
+    """The places among `count` that a sequence names, as `index`, each once and in order."""
+    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+        raise InputError(f"{what} {told(value)}: a list of whole numbers is needed")
+    return sorted({index(i, count, what) for i in value})
 
 
 def times(value: object, what: str = "times", least: int = 1) -> np.ndarray:
@@ -106,6 +135,12 @@ def times(value: object, what: str = "times", least: int = 1) -> np.ndarray:
             f"{what}: number {i + 1} ({given[i + 1]:.17g}) does not come after number {i} ({given[i]:.17g})"
         )
     return given
+
+
+def told(value: object) -> str:
+    """A value as messages show it, in one line of at most eighty characters."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else f"{text[:79]}…"
 
 
 def read_only(value: np.ndarray) -> np.ndarray:

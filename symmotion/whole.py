@@ -31,6 +31,20 @@ def whole_file(path: str | os.PathLike[str], binary: bool = False) -> Iterator[I
         raise InputError(f"{path}: cannot be written: {error}") from error
 
 
+@contextmanager
+def whole_files(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A path of the same name elsewhere: what is written there, and beside it, is moved to `path` without error only.
+
+    For who writes to a path. Raises InputError where nothing can be written at `path`.
+    """
+    require_place(path)
+    target = Path(os.path.realpath(path))
+    with TemporaryDirectory(prefix=".", dir=target.parent) as directory:
+        yield Path(directory) / Path(path).name
+        for part in Path(directory).iterdir():
+            part.replace(target if part.name == Path(path).name else target.parent / part.name)
+
+
 def require_place(path: str | os.PathLike[str]) -> None:
     """Raise InputError where something other than a writable file, or nothing, is in the way."""
     target = Path(os.path.realpath(path))

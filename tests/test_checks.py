@@ -24,6 +24,16 @@ from symmotion import InputError, checks
         (lambda: checks.array("a", (1,), "v"), r"v: a str is no array of numbers"),
         (lambda: checks.numbers(np.ma.array([1.0, 2.0], mask=[False, True]), "v"), r"v: entries are masked"),
         (lambda: checks.numbers([1j], "v"), r"v: complex numbers"),
+        (lambda: checks.numbers(["1.5"], "v"), r"v: a list is no array of numbers"),
+        (lambda: checks.numbers(np.array(["1.5"], dtype=object), "v"), r"v: a ndarray is no array of numbers"),
+        (lambda: checks.numbers(True, "v"), r"v: a bool is no array of numbers"),
+        (lambda: checks.numbers(None, "v"), r"v: a NoneType is no array of numbers"),
+        (lambda: checks.numbers(np.datetime64("2020-01-01"), "v"), r"v: dates or durations; numbers"),
+        (lambda: checks.choice(np.zeros(2), ("a",), "ends"), r"ends array\(\[0., 0.\]\) is unknown"),
+        (lambda: checks.index(4, 4, "keyframe"), r"keyframe 4 does not exist: there are 4"),
+        (lambda: checks.index(1.0, 4, "keyframe"), r"keyframe 1.0 does not exist"),
+        (lambda: checks.indices(1, 4, "keyframes"), r"keyframes 1: a list of whole numbers is needed"),
+        (lambda: checks.indices("12", 4, "keyframes"), r"keyframes '12': a list of whole"),
         (lambda: checks.times([0.0, 2.0, 1.0]), r"times: number 2 \(1\) does not come after number 1 \(2\)"),
         (lambda: checks.times([0.0, np.nan]), r"times: number 1 is not finite"),
         (lambda: checks.times([[0.0]]), r"times of shape \(1, 1\): \(M,\), M ≥ 1"),
@@ -40,4 +50,5 @@ def test_hands_on_copies():
     taken[0, 0] = 7.0
     assert given[0, 0] == 0.0
     assert checks.whole(np.int64(3), 1, "degree") == 3
+    assert checks.index(-1, 4, "keyframe") == 3 and checks.indices(np.array([2, -4, 2]), 4, "keyframes") == [0, 2]
     assert checks.times([1, 2]).tolist() == [1.0, 2.0]

@@ -5,6 +5,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
 from symmotion.solvers import Solution
@@ -59,6 +60,7 @@ class KeyframePrices:
 
     def downhill(self, i: int, length: float) -> Keyframes:
         """The keyframes with number i moved by `length` (Frobenius) the way that lowers the optimum fastest."""
+        i = checks.index(i, len(self.keyframes), "keyframe")
         if not self.size[i] > 1e-12 * max(1.0, self.size.max()):
             raise InputError(f"keyframe {i} costs nothing: no direction lowers the optimum")
         share = -length / self.size[i]
@@ -71,6 +73,8 @@ class KeyframePrices:
 
 def keyframe_prices(solution: Solution) -> KeyframePrices:
     """The prices of the keyframes at a solution; the multipliers with their sign turned."""
+    if not isinstance(solution, Solution):
+        raise InputError(f"solution of type {type(solution).__name__}: a Solution is needed")
     design, multipliers = solution.program.design, solution.multipliers.get("keyframes")
     if not isinstance(design, Keyed) or not isinstance(multipliers, Affine):
         raise InputError("prices are of affine keyframes, and this program has none")

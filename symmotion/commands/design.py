@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> None:
     _check(options)
     given = check_outputs(options, WRITTEN)
     reading = format_options(options, READ, "read", [row_of(options.file, READ)])
-    keyframes = read_file(options.file, READ, "keyframes", options=reading)
+    keyframes = read_file(options.file, Keyframes, READ, "keyframes", options=reading)
     with at_fault("--objective"):
         objective = objective_by_name(options.objective, keyframes.dimension)
     try:

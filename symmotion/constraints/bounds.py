@@ -38,6 +38,9 @@ class NoInversion(MotionConstraint):
     density: int = DENSITY
     name: str = "no inversion"
 
+    def __post_init__(self):
+        checks.number(self.least, f"{self.name}: least")
+
     def stated(self, setting: Setting) -> JetConstraint:
         if setting.linear is not None:
             volumes = np.linalg.det(setting.linear)
@@ -57,10 +60,13 @@ class SpeedBound(MotionConstraint):
     density: int = DENSITY
     name: str = "speed"
 
+    def __post_init__(self):
+        checks.positive(self.limit, f"{self.name}: limit")
+
     def stated(self, setting: Setting) -> JetConstraint:
         setting.require_translation(self.name)
-        limit = checks.positive(self.limit, f"{self.name}: limit")
-        points = checks.array(np.atleast_2d(self.points), ("P", dimension(setting)), f"{self.name}: body points")
+        given = np.atleast_2d(checks.numbers(self.points, f"{self.name}: body points"))
+        limit, points = self.limit, checks.array(given, ("P", dimension(setting)), f"{self.name}: body points")
 
         def squares(jet: BodyJet) -> ca.SX:
             return ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in points))
@@ -77,8 +83,11 @@ class RateBound(MotionConstraint):
     density: int = 5
     name: str = "rate bound"
 
+    def __post_init__(self):
+        checks.positive(self.limit, "bound on the rate:")
+
     def stated(self, setting: Setting) -> JetConstraint:
-        return _norm_bound(self, setting, lambda jet: jet.rate, "rate")
+        return _norm_bound(self, setting, lambda jet: jet.rate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +98,11 @@ class AccelerationBound(MotionConstraint):
     density: int = 5
     name: str = "acceleration bound"
 
+    def __post_init__(self):
+        checks.positive(self.limit, "bound on the acceleration:")
+
     def stated(self, setting: Setting) -> JetConstraint:
-        return _norm_bound(self, setting, lambda jet: jet.acceleration, "acceleration")
+        return _norm_bound(self, setting, lambda jet: jet.acceleration)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,19 +117,21 @@ class TorqueBound(MotionConstraint):
     density: int = 5
     name: str = "torque bound"
 
+    def __post_init__(self):
+        checks.positive(self.limit, "bound on the torque:")
+
     def stated(self, setting: Setting) -> JetConstraint:
         moments = as_inertia(self.inertia)
-        return _norm_bound(self, setting, lambda jet: jet.torque(moments), "torque")
+        return _norm_bound(self, setting, lambda jet: jet.torque(moments))
 
 
 def _norm_bound(
     bound: RateBound | AccelerationBound | TorqueBound,
     setting: Setting,
     vector: Callable[[RigidJet], ca.SX],
-    what: str,
 ) -> JetConstraint:
     """‖vector(jet)‖² / limit² ≤ 1 of one of the bounds above: of the order of one, whatever the unit."""
-    limit = checks.positive(bound.limit, f"bound on the {what}:")
+    limit = float(bound.limit)
     times = setting.inside_spans(bound.density, bound.name)
     return JetConstraint(
         lambda jet: ca.sumsqr(vector(jet)) / limit**2, lower=-np.inf, upper=1.0, at=times, name=bound.name

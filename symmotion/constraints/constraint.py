@@ -1,7 +1,7 @@
 """Constraints: what must hold of a motion, said in its jet, at times or everywhere along it."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from keyword import iskeyword
 from types import SimpleNamespace
@@ -55,12 +55,9 @@ class Setting:
 
     def keyframe(self, i: int, name: str) -> int:
         """The number of keyframe i, counted from the end where negative."""
-        m = len(self.times)
-        if not m:
+        if not len(self.times):
             raise InputError(f"{name} is about keyframe {i}, and this program has no keyframes")
-        if isinstance(i, bool) or not isinstance(i, int | np.integer) or not -m <= i < m:
-            raise InputError(f"{name}: keyframe {i} does not exist, there are {m}")
-        return int(i) % m
+        return checks.index(i, len(self.times), f"{name}: keyframe")
 
     def require_translation(self, name: str) -> None:
         if self.moves:
@@ -79,6 +76,8 @@ class Setting:
         """`density` times inside every span, at the middles of equal parts: at a knot two spans would say the same."""
         checks.whole(density, 1, f"{name}: density")
         a, b = self.domain
+        if not a < b:
+            raise InputError(f"{name}: the motions have no times in common: give at, tuples of a time for each body")
         breaks = np.unique(np.concatenate([s.breakpoints for s in self.spaces]))
         breaks = breaks[(breaks >= a) & (breaks <= b)]
         inside = (np.arange(density) + 0.5) / density
@@ -86,11 +85,15 @@ class Setting:
 
     def inside(self, times: np.ndarray, name: str) -> np.ndarray:
         """The times; InputError that names the first outside the domain."""
-        a, b = self.domain
-        outside = ~((times >= a) & (times <= b))
-        if outside.any():
-            raise InputError(f"{name}: time {times[outside][0]} is outside the motion's domain [{a:g}, {b:g}]")
-        return times
+        return _inside(times, self.domain, name)
+
+
+def _inside(times: np.ndarray, domain: tuple[float, float], name: str) -> np.ndarray:
+    a, b = domain
+    outside = ~((times >= a) & (times <= b))
+    if outside.any():
+        raise InputError(f"{name}: time {times[outside][0]} is outside the motion's domain [{a:g}, {b:g}]")
+    return times
 
 
 class MotionConstraint(ABC):
@@ -187,7 +190,8 @@ class JetConstraint(MotionConstraint):
         require_possible(low, high, self.name)
         if self.parameters is not None:
             if not isinstance(self.parameters, Mapping):
-                raise InputError(f"{self.name}: parameters: a mapping of names to numbers is needed")
+                given = checks.told(self.parameters)
+                raise InputError(f"{self.name}: parameters {given}: a mapping of names to numbers is needed")
             for key in self.parameters:
                 if not isinstance(key, str) or not key.isidentifier() or iskeyword(key):
                     raise InputError(f"{self.name}: parameter {key!r}: a name as of a variable of Python is needed")
@@ -222,12 +226,16 @@ class JetConstraint(MotionConstraint):
         rest = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "function"}
         return _restored, (self._written(), rest)
 
-    def _written(self) -> Written:
-        """The function as text, for every kind of jet."""
+    def written_for(self, *jets: AnyJet) -> "JetConstraint":
+        """The same condition, which pickles: its function as text for these jets, one of each body."""
+        return replace(self, function=self._written([jets]))
+
+    def _written(self, arguments: Iterable[Sequence[AnyJet]] | None = None) -> Written:
+        """The function as text, for jets of the kinds of `arguments`, of every kind when left out."""
         if isinstance(self.function, Written):
             return self.function
         data, numbers = self._symbols()
-        every = zip(*(jets_of_all_kinds() for _ in range(self.slots)), strict=True)
+        every = zip(*(jets_of_all_kinds() for _ in range(self.slots)), strict=True) if arguments is None else arguments
         count = len(data)
         return Written.of(self.function, every, [*data, *numbers], lambda s: self._handed(s[:count], s[count:]))
 
@@ -305,7 +313,8 @@ class JetConstraint(MotionConstraint):
             times = np.atleast_1d(times)
             times = times[:, None] if times.ndim < 2 else times
             spaces = [setting.space] * times.shape[1]
-        setting.inside(times.ravel(), self.name)
+        for space, column in zip(spaces, times.T, strict=True):
+            _inside(column, space.domain, self.name)
         return spaces, times, lead
 
     def _of_net(self, space: NetSpace) -> tuple[list[JetSpace], np.ndarray, tuple[int, ...]]:
@@ -369,6 +378,6 @@ def require_possible(low: np.ndarray, high: np.ndarray, name: str) -> None:
 
 def dense_times(times: np.ndarray, density: int, name: str) -> np.ndarray:
     """`density` times inside every interval of times (M,), equally spaced."""
-    checks.whole(density, 1, f"{name}: density")
+    density = checks.whole(density, 1, f"{name}: density")
     share = np.arange(1, density + 1) / (density + 1)
     return (times[:-1, None] + np.diff(times)[:, None] * share).ravel()

@@ -1,6 +1,6 @@
 """What a motion curve can be asked to do at given times: values, derivatives, tolerances, bounds, links."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -79,7 +79,7 @@ class CurveCondition(MotionConstraint):
         name = f"bounds on {_name(order)}" if name is None else name
         times = _times(times, name)
         low, high = (_rows(b, times, f"{name}: {w}", finite=False) for b, w in ((lower, "lower"), (upper, "upper")))
-        low, high = _alike(low, high)
+        low, high = _alike(low, high, name)
         crossed = (low > high).reshape(len(times), -1).any(axis=1)
         if crossed.any():
             raise InputError(f"{name}: the lower bound at time {times[np.argmax(crossed)]:g} is above the upper one")
@@ -105,12 +105,14 @@ class CurveCondition(MotionConstraint):
 
         The orders below that of the objective make a curve of least ∫ ‖x⁽ᵏ⁾‖² periodic in those above too.
         """
-        ends = _times([start, end], name)
+        ends = _times([checks.number(start, f"{name}: start"), checks.number(end, f"{name}: end")], name)
         if ends[0] > ends[1]:
             raise InputError(f"{name}: the start {start:g} comes after the end {end:g}")
-        if not orders or len(set(orders)) < len(orders):
-            raise InputError(f"{name}: orders {tuple(orders)}: at least one, each once, is needed")
+        if isinstance(orders, str) or not isinstance(orders, Iterable):
+            raise InputError(f"{name}: orders {checks.told(orders)}: a list of derivative orders is needed")
         checked = np.array([_order(o, name) for o in orders])
+        if not checked.size or np.unique(checked).size < checked.size:
+            raise InputError(f"{name}: orders {tuple(checked.tolist())}: at least one, each once, is needed")
         count, zeros = len(checked), np.zeros(len(checked))
         rows = (count, 2)
         return CurveCondition(
@@ -211,8 +213,7 @@ class CurveCondition(MotionConstraint):
 
 def _single(name, times, order, side, target, lower, upper) -> CurveCondition:
     """A condition whose rows sample the curve once."""
-    if side not in SIDES:
-        raise InputError(f"{name}: side {side!r} is unknown; there are left, right")
+    checks.choice(side, SIDES, f"{name}: side")
     one = np.ones((len(times), 1))
     orders = np.full((len(times), 1), _order(order, name))
     return CurveCondition(
@@ -225,7 +226,8 @@ def _order(order: int, name: str) -> int:
 
 
 def _name(order: int) -> str:
-    return NAMES[order] if order in range(len(NAMES)) else f"derivatives {order}"
+    order = checks.whole(order, 0, "derivative order")
+    return NAMES[order] if order < len(NAMES) else f"derivatives {order}"
 
 
 def _times(times: ArrayLike, name: str) -> np.ndarray:
@@ -250,8 +252,11 @@ def _rows(values: ArrayLike, times: np.ndarray, what: str, finite: bool = True, 
     return array
 
 
-def _alike(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _alike(a: np.ndarray, b: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Both arrays with the trailing axes of the one that has more."""
     axes = max(a.ndim, b.ndim)
-    low, high = np.broadcast_arrays(*(x.reshape(x.shape + (1,) * (axes - x.ndim)) for x in (a, b)))
+    try:
+        low, high = np.broadcast_arrays(*(x.reshape(x.shape + (1,) * (axes - x.ndim)) for x in (a, b)))
+    except ValueError:
+        raise InputError(f"{name}: bounds of shapes {a.shape} and {b.shape}") from None
     return low, high

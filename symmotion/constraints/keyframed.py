@@ -45,7 +45,9 @@ class AngularRate(MotionConstraint):
 
     def stated(self, setting: Setting) -> JetConstraint:
         i, d = setting.keyframe(self.keyframe, self.name), dimension(setting)
-        given = checks.array(np.atleast_1d(self.rate), (3 if d == 3 else 1,), f"{self.name}: rate")
+        given = checks.array(
+            np.atleast_1d(checks.numbers(self.rate, f"{self.name}: rate")), (3 if d == 3 else 1,), f"{self.name}: rate"
+        )
         spin = ca.skew(ca.DM(given)) if d == 3 else ca.DM([[0, -given[0]], [given[0], 0]])
 
         def off(jet: Jet | RigidJet) -> ca.SX:
@@ -70,17 +72,23 @@ class EndRates(MotionConstraint):
         if isinstance(setting.space.symbols(), RigidJet):
             given = checks.array(self.rates, (2, 3), self.name)
             return JetConstraint(lambda jet, wanted: jet.rate - wanted, at=_ends(setting), name=self.name, data=given)
-        d = dimension(setting)
-        if not isinstance(self.rates, tuple) or len(self.rates) != 2:
-            raise InputError(f"{self.name}: a pair of linear parts (2, {d}, {d}) and translations (2, {d}) is needed")
-        linear = checks.array(self.rates[0], (2, d, d), f"{self.name}: linear parts")
-        travel = checks.array(self.rates[1], (2, d), f"{self.name}: translations")
+        linear, travel = affine_rates(self.rates, dimension(setting), self.name)
         given = np.concatenate([linear.reshape(2, -1), *([travel] if setting.moves else [])], axis=1)
 
         def off(jet: Jet, wanted: ca.SX) -> ca.SX:
             return ca.vertcat(ca.vec(jet.dA.T), *([jet.dv] if setting.moves else [])) - wanted
 
         return JetConstraint(off, at=_ends(setting), name=self.name, data=given)
+
+
+def affine_rates(rates: object, d: int, what: str) -> tuple[np.ndarray, np.ndarray]:
+    """Ȧ (2, d, d) and v̇ (2, d) at both ends from a pair of them; InputError that names what is none."""
+    if not isinstance(rates, tuple | list) or len(rates) != 2:
+        raise InputError(f"{what}: a pair of linear parts (2, {d}, {d}) and translations (2, {d}) is needed")
+    return (
+        checks.array(rates[0], (2, d, d), f"{what}: linear parts"),
+        checks.array(rates[1], (2, d), f"{what}: translations"),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,7 +208,7 @@ class Tolerance(MotionConstraint):
 
     def _which(self, setting: Setting) -> list[int]:
         every = range(len(setting.times)) if self.keyframes is None else self.keyframes
-        return sorted({setting.keyframe(i, self.name) for i in every})
+        return checks.indices(every, len(setting.times), f"{self.name}: keyframe")
 
     def _turns(self, setting: Setting) -> np.ndarray:
         """(M,) the turn by which each keyframe may be missed."""
@@ -282,13 +290,7 @@ class ExactSamples(MotionConstraint):
 
     def which(self, m: int) -> np.ndarray:
         """The numbers among m, each once, in order."""
-        numbers = np.asarray(self.numbers) if np.size(checks.numbers(self.numbers, self.name)) else np.empty(0)
-        if numbers.size and (numbers.ndim != 1 or not np.issubdtype(numbers.dtype, np.integer)):
-            raise InputError(f"exact {self.numbers!r}: the numbers of samples are needed")
-        outside = (numbers < -m) | (numbers >= m)
-        if outside.any():
-            raise InputError(f"exact sample {numbers[outside][0]} does not exist: there are {m}")
-        return np.unique(numbers.astype(int) % m)
+        return np.array(checks.indices(self.numbers, m, "exact sample"), dtype=int)
 
     def stated(self, setting: Setting) -> JetConstraint:
         if setting.linear is None or setting.translation is None or isinstance(setting.space.symbols(), RigidJet):

@@ -11,7 +11,17 @@ from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
-from symmotion.design.question import Groups, as_constraints, assembled, by_keyframe, keyframe_groups, require_start
+from symmotion.design.question import (
+    Groups,
+    as_constraints,
+    assembled,
+    by_keyframe,
+    keyframe_groups,
+    other_keyframes,
+    rates_at_ends,
+    require_start,
+    require_times,
+)
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
@@ -23,7 +33,7 @@ from symmotion.program import Block, BlockEvaluator, Constraint, Multipliers, Pr
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
-from symmotion.splines.interpolation import require_schoenberg_whitney
+from symmotion.splines.interpolation import ENDS, require_schoenberg_whitney
 
 RIGIDITY = Rigidity()
 FAR = 1e3  # distance from zero, in diameters of the keyframes, from which it is subtracted
@@ -66,9 +76,10 @@ def affine_program(
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
     inner = refined_times(keys.times, refine)[1:-1] if knots is None else checks.array(knots, ("K",), "knots")
     basis = _clamped(keys.times[0], inner, keys.times[-1], degree)
-    slopes = None if end_rates is None else np.concatenate([end_rates[0].reshape(2, -1), end_rates[1]], axis=1)
+    rates = rates_at_ends(ends, end_rates, keys.dimension, ENDS)
+    slopes = None if rates is None else np.concatenate([rates.linear.reshape(2, -1), rates.translation], axis=1)
     start = represent(basis, cubic_interpolant(keys.times, keys.coordinates, ends, slopes), keys.times)
-    at_ends = {"clamped": (EndRates(end_rates),), "periodic": (Periodic(),)}.get(ends, ())
+    at_ends = {"clamped": (EndRates(rates),), "periodic": (Periodic(),)}.get(ends, ())
     program = AffineDesign(keys, energy, start, (*at_ends, *asked)).program()
     return replace(program, build_seconds=perf_counter() - began)
 
@@ -211,10 +222,8 @@ class AffineDesign:
 
     def with_keyframes(self, program: "Program[AffineDesign]", keyframes: Keyframes) -> "Program[AffineDesign]":
         """The program for other keyframes; structure and kernels are kept where the times are the same."""
-        if keyframes.dimension != self.keyframes.dimension:
-            raise InputError(f"keyframes in {keyframes.dimension}D for a program in {self.keyframes.dimension}D")
-        if not np.array_equal(keyframes.times, self.keyframes.times):
-            raise InputError("with_keyframes keeps the times; make a new program for other times")
+        keyframes = other_keyframes(keyframes, self.keyframes)
+        require_times(keyframes.times, self.keyframes.times)
         # The old start plus the spline through the changes: smooth, and exact at the new keyframes.
         began = perf_counter()
         change = keyframes.coordinates - self.keyframes.coordinates

@@ -12,7 +12,7 @@ from symmotion import checks
 from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
 from symmotion.curves import Curve
 from symmotion.design.affine import represent
-from symmotion.design.question import as_constraints, assembled, require_rates
+from symmotion.design.question import as_constraints, assembled, require_rates, require_times
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Bending, Energy
 from symmotion.errors import InputError
@@ -74,11 +74,7 @@ def curve_program(
     highest = max((o for _, orders in marks for o in orders), default=0)
     if degree is None:
         degree = max(2 * most - 1, highest + 1 if highest >= most else 0)
-    if isinstance(degree, bool) or int(degree) != degree or degree < max(most, highest):
-        raise InputError(
-            f"degree {degree!r}: a whole number, {max(most, highest)} or more, is needed for the derivatives asked for"
-        )
-    degree = int(degree)
+    degree = checks.whole(degree, max(most, highest), "degree")
     span = _domain(conditions, extra, domain)
     torn = np.unique(checks.numbers(breaks, "breaks"))
     outside = ~((torn > span[0]) & (torn < span[1]))
@@ -165,8 +161,10 @@ def _domain(
 ) -> tuple[float, float]:
     spoken = [(c.name, c.times) for c in conditions]
     spoken += [(c.name, np.asarray(c.at)) for c in extra if isinstance(c, JetConstraint) and c.at is not None]
-    first, last = min(t.min() for _, t in spoken), max(t.max() for _, t in spoken)
-    a, b = (first, last) if domain is None else (float(domain[0]), float(domain[1]))
+    # Keyframes say when the curve begins and ends; conditions alone do so together.
+    telling = [t for name, t in spoken if name == KEYFRAMES] or [t for _, t in spoken]
+    ends = min(t.min() for t in telling), max(t.max() for t in telling)
+    a, b = ends if domain is None else checks.array(domain, (2,), "domain").tolist()
     if not (np.isfinite([a, b]).all() and a < b):
         raise InputError(f"domain from {a:g} to {b:g}: conditions at two times or more, or a longer domain, are needed")
     for name, times in spoken:
@@ -346,8 +344,7 @@ class CurveDesign:
         first = self.conditions[0]
         if first.name != KEYFRAMES or not isinstance(keyframes, Keyframes):
             raise InputError("with_keyframes: the program was made of conditions, or these are no Keyframes")
-        if not np.array_equal(keyframes.times, first.times[:, 0]):
-            raise InputError("with_keyframes keeps the times; make a new program for other times")
+        require_times(keyframes.times, first.times[:, 0])
         moved = CurveCondition.at(keyframes.times, keyframes.translation, name=KEYFRAMES)
         fresh = replace(self, conditions=(moved, *self.conditions[1:])).program()
         return replace(fresh, structure=program.structure, build_seconds=perf_counter() - began)

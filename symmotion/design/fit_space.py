@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.splines import BSplineBasis
 
@@ -11,16 +12,13 @@ def fit_basis(times: np.ndarray, used: np.ndarray, degree: int, controls: int | 
     if (controls is None) == (knots is None):
         raise InputError("either controls, their number, or knots, the inner knots, is needed")
     if controls is None:
-        inner = np.asarray(knots, dtype=float)
+        inner = checks.array(knots, ("K",), "knots")
     else:
-        if int(controls) != controls or controls < degree + 1:
-            raise InputError(
-                f"controls {controls!r}: a whole number, {degree + 1} or more for degree {degree}, is needed"
-            )
+        controls = checks.whole(controls, degree + 1, "controls", f" for degree {degree}")
         if len(used) < controls:
             raise InputError(f"{len(used)} samples cannot determine {controls} controls: ask for {len(used)} or fewer")
         # Equal numbers of samples between the knots: where samples are dense there is detail to follow.
-        share = np.linspace(0, len(used) - 1, int(controls) - degree + 1)
+        share = np.linspace(0, len(used) - 1, controls - degree + 1)
         inner = np.interp(share, np.arange(len(used)), times[used])[1:-1]
     ends = [np.full(degree + 1, t) for t in times[[0, -1]]]
     return BSplineBasis(np.concatenate([ends[0], inner, ends[1]]), degree)

@@ -13,7 +13,14 @@ from symmotion import checks
 from symmotion.constraints import EndRates, ExactSamples, MotionConstraint, Periodic, Setting
 from symmotion.design.fit_space import fit_basis, require_determined, require_free
 from symmotion.design.independence import require_independent
-from symmotion.design.question import as_constraints, built, require_rates, require_start
+from symmotion.design.question import (
+    as_constraints,
+    built,
+    other_keyframes,
+    rates_at_ends,
+    require_start,
+    require_times,
+)
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
@@ -71,10 +78,10 @@ def fit_program(
     samples, asked = as_keyframes(keys), as_constraints(constraints)
     energy = None if objective is None else as_objective(objective, objective)
     degree = checks.whole(degree, 1, "degree")
-    if huber is not None and not 0 < huber < np.inf:
-        raise InputError(f"huber {huber!r}: a positive distance is needed")
-    require_rates(ends, end_rates)
-    met = [ExactSamples(exact)] if len(exact) else []
+    huber = None if huber is None else checks.positive(huber, "huber")
+    rates = rates_at_ends(ends, end_rates, samples.dimension)
+    chosen = checks.indices(exact, len(samples), "exact sample")
+    met = [ExactSamples(chosen)] if chosen else []
     every = [c.which(len(samples)) for c in (*met, *asked) if isinstance(c, ExactSamples)]
     kept = np.unique(np.concatenate([np.empty(0, dtype=int), *every]))
     weights = _weights(weights, len(samples))
@@ -85,7 +92,7 @@ def fit_program(
     require_determined(basis, samples.times, used)
     require_free(basis, samples.times, kept)
     start = _least_squares(basis, samples, used, weights)
-    at_ends = {"clamped": [EndRates(end_rates)], "periodic": [Periodic()]}.get(ends, [])
+    at_ends = {"clamped": [EndRates(rates)], "periodic": [Periodic()]}.get(ends, [])
     conditions = (*met, *at_ends, *asked)
     fit = FitDesign(samples, energy, start, weights, _points(points, samples.dimension), huber, kept, conditions)
     return replace(fit.program(), build_seconds=perf_counter() - began)
@@ -202,10 +209,8 @@ class FitDesign:
 
     def with_keyframes(self, program: "Program[FitDesign]", keyframes: Keyframes) -> "Program[FitDesign]":
         """The program for other samples at the same times; structure and kernels are kept."""
-        if keyframes.dimension != self.samples.dimension:
-            raise InputError(f"samples in {keyframes.dimension}D for a program in {self.samples.dimension}D")
-        if not np.array_equal(keyframes.times, self.samples.times):
-            raise InputError("with_keyframes keeps the times; make a new program for other times")
+        keyframes = other_keyframes(keyframes, self.samples)
+        require_times(keyframes.times, self.samples.times)
         began = perf_counter()
         used = np.union1d(self.followed, self.exact)
         start = _least_squares(self.basis, keyframes, used, self.weights)
@@ -240,7 +245,7 @@ def _root(points: np.ndarray) -> np.ndarray:
 
 
 def _points(points: ArrayLike | None, d: int) -> np.ndarray:
-    points = np.concatenate([np.eye(d), -np.eye(d)]) if points is None else np.asarray(points, dtype=float)
+    points = np.concatenate([np.eye(d), -np.eye(d)]) if points is None else checks.numbers(points, "body points")
     if points.ndim != 2 or points.shape[1] != d or not np.isfinite(points).all():
         raise InputError(f"body points of shape {points.shape}: finite, shape (P, {d}), is needed")
     if np.linalg.matrix_rank(np.column_stack([points, np.ones(len(points))])) <= d:
@@ -249,7 +254,7 @@ def _points(points: ArrayLike | None, d: int) -> np.ndarray:
 
 
 def _weights(weights: ArrayLike | None, m: int) -> np.ndarray:
-    weights = np.ones(m) if weights is None else np.array(weights, dtype=float)
+    weights = np.ones(m) if weights is None else checks.numbers(weights, "weights")
     if weights.shape != (m,):
         raise InputError(f"weights of shape {weights.shape} for {m} samples: ({m},) is needed")
     bad = ~(np.isfinite(weights) & (weights >= 0))

@@ -19,7 +19,8 @@ from symmotion.design.question import (
     assembled,
     by_keyframe,
     keyframe_groups,
-    require_rates,
+    other_keyframes,
+    rates_at_ends,
     require_start,
 )
 from symmotion.design.terms import as_objective, closed_expression, expression_of, kernel_of, nodes_for, parts_of
@@ -76,12 +77,12 @@ def free_times_program(
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine")
     if knots is not None:
         raise InputError("knots: they move with the keyframes' times; refine says how many there are")
-    require_rates(ends, end_rates, ("natural", "clamped"))
+    rates = rates_at_ends(ends, end_rates, keyframes.dimension, ("natural", "clamped"))
     m, times = len(keyframes), keyframes.times
     if m < 3:
         raise InputError(f"{m} keyframes have no inner time: at least 3 are needed")
     mean = (times[-1] - times[0]) / (m - 1)
-    least = LEAST_SHARE * mean if least_step is None else float(least_step)
+    least = LEAST_SHARE * mean if least_step is None else checks.positive(least_step, "least_step")
     if not 0 < least < mean:
         raise InputError(f"least_step {least:g}: between 0 and the mean step, {mean:g}, is needed, both excluded")
     short = np.diff(times) <= least
@@ -91,7 +92,7 @@ def free_times_program(
             f"keyframes {i} and {i + 1} start {times[i + 1] - times[i]:g} apart, which is not more than least_step "
             f"{least:g}: lower it or start from other times"
         )
-    held = () if end_rates is None else (EndRates(end_rates),)
+    held = () if rates is None else (EndRates(rates),)
     design = FreeTimesDesign(keyframes, energy, degree, refine, least, (*held, *asked))
     return replace(design.program(), build_seconds=perf_counter() - began)
 
@@ -251,7 +252,8 @@ class FreeTimesDesign:
 
     def with_keyframes(self, program: "Program[FreeTimesDesign]", keyframes: Keyframes) -> "Program[FreeTimesDesign]":
         """The program for other keyframes over the same time, started from theirs; compiled kernels are kept."""
-        if keyframes.dimension != self.keyframes.dimension or len(keyframes) != len(self.keyframes):
+        keyframes = other_keyframes(keyframes, self.keyframes)
+        if len(keyframes) != len(self.keyframes):
             raise InputError(f"{keyframes!r} for a program of {self.keyframes!r}")
         if not np.array_equal(keyframes.times[[0, -1]], self.keyframes.times[[0, -1]]):
             raise InputError("with_keyframes keeps the first and the last time; make a new program for others")

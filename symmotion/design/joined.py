@@ -12,6 +12,7 @@ from symmotion.design.question import as_constraints, assembled
 from symmotion.errors import InputError
 from symmotion.jets.space import JetSpace, Places
 from symmotion.program import Block, Constraint, Multipliers, Program
+from symmotion.program.state import made_of
 
 
 @runtime_checkable
@@ -36,13 +37,16 @@ def join(programs: Mapping[str, Program], constraints: Sequence[MotionConstraint
     if not isinstance(programs, Mapping) or len(programs) < 2:
         raise InputError("programs: a mapping of two names or more to programs is needed")
     for name, program in programs.items():
+        if not isinstance(name, str) or not name:
+            raise InputError(f"programs, name {name!r} of a body: a text is needed")
         if not isinstance(program, Program) or not isinstance(program.design, Spaced):
             raise InputError(f"programs, {name!r}: a program of a motion is needed, not a {type(program).__name__}")
     asked = as_constraints(constraints)
+    coupling = tuple(c for c in asked if isinstance(c, JetConstraint))
     for c in asked:
         if not isinstance(c, JetConstraint):
             raise InputError(f"constraint {c.name!r} is about one body: give it to that body's program")
-    design = JoinedDesign(dict(programs), asked)
+    design = JoinedDesign(dict(programs), coupling)
     return replace(design.program(), build_seconds=perf_counter() - began)
 
 
@@ -51,7 +55,16 @@ class JoinedDesign:
     """The question of several bodies: the program of each, and what couples them."""
 
     programs: dict[str, Program]
-    constraints: tuple[MotionConstraint, ...]
+    constraints: tuple[JetConstraint, ...]
+
+    def __getstate__(self) -> dict[str, object]:
+        # Only here it is known of which kinds the jets are that a coupling function takes.
+        jets = [setting.space.symbols(k) for k, setting in enumerate(self._settings)]
+        return {**made_of(self), "constraints": tuple(c.written_for(*jets) for c in self.constraints)}
+
+    @property
+    def _settings(self) -> list[Setting]:
+        return [p.design.setting for p in self.programs.values() if isinstance(p.design, Spaced)]
 
     def program(self) -> "Program[JoinedDesign]":
         """The program of this question."""
@@ -60,7 +73,7 @@ class JoinedDesign:
         given = [_renamed_constraint(c, body) for body, p in self.programs.items() for c in p.constraints]
         plain = Program(start, terms, tuple(given), self)
         places = Places(plain.unknowns, {name: plain.place(name) for name in start})
-        settings = [p.design.setting for p in self.programs.values() if isinstance(p.design, Spaced)]
+        settings = self._settings
         spaces = tuple(_placed(s.space, body) for s, body in zip(settings, self.programs, strict=True))
         common = Setting(spaces, np.empty(0), moves=all(s.moves for s in settings), places=places)
         lengths = {_of(body, k): v for body, p in self.programs.items() for k, v in p.lengths.items()}

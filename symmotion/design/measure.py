@@ -18,6 +18,7 @@ from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.program import BlockEvaluator
 from symmotion.splines import Spline, gauss
 
+KNOWN = (AffineMotion, QuaternionMotion, PoseMotion, Spline)
 PANELS, NODES = 8, 16
 RIGID_NODES = 8  # Gauss nodes per span of a quaternion curve, to begin with
 
@@ -33,13 +34,22 @@ class SplineLike(Protocol):
 def measure(motion: Any, energy: Energy, *, times: ArrayLike | None = None) -> float:
     """The value of an energy for a motion or curve of any kind, to about ten digits where it is no polynomial.
 
-    motion: affine, orientation, pose or curve; or any motion with derivatives, called with (t, order), and then
-    times: (M,) increasing, between which it is smooth (its breakpoints when left out). What a kink itself would add
-    (a jump of a derivative that the energy differentiates) does not count.
+    motion: affine, orientation, pose or curve; or any motion with derivatives, called with (t, order), and of such
+    alone times: (M,) increasing, between which it is smooth (its breakpoints when left out). What a kink itself would
+    add (a jump of a derivative that the energy differentiates) does not count.
     """
     if not isinstance(energy, Energy):
         swapped = ": the motion comes first, then the energy" if isinstance(motion, Energy) else ""
         raise InputError(f"energy {energy!r} is no energy{swapped}")
+    if callable(motion) and hasattr(motion, "dimension") and not isinstance(motion, KNOWN):
+        marks = getattr(motion, "breakpoints", None) if times is None else times
+        if marks is None:
+            raise InputError(
+                f"times: the {type(motion).__name__} has no breakpoints; say between which times it is smooth"
+            )
+        return _sampled_value(energy, motion, checks.times(marks, "times", 2))
+    if times is not None:
+        raise InputError(f"times: a {type(motion).__name__} knows where it is smooth: leave them out")
     if isinstance(motion, AffineMotion):
         d = motion.dimension
         return _spline_value(energy, affine_space(motion.basis, d, d * d + d), motion.spline.control_points)
@@ -50,13 +60,6 @@ def measure(motion: Any, energy: Energy, *, times: ArrayLike | None = None) -> f
         return _spline_value(
             energy, curve_space(motion.basis, shape), motion.control_points.reshape(motion.basis.n, -1)
         )
-    if callable(motion) and hasattr(motion, "dimension"):
-        marks = getattr(motion, "breakpoints", None) if times is None else times
-        if marks is None:
-            raise InputError(
-                f"times: the {type(motion).__name__} has no breakpoints; say between which times it is smooth"
-            )
-        return _sampled_value(energy, motion, checks.times(marks, "times", 2))
     if isinstance(motion, SplineLike):
         return measure(motion.to_bspline(), energy)
     raise InputError(f"motion: a {type(motion).__name__} is no motion or curve; measure(motion, energy)")

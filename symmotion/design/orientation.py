@@ -15,7 +15,7 @@ from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, 
 from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import ControlSpace
 from symmotion.design.control_start import carried, motion_of
-from symmotion.design.question import as_constraints, assembled, require_start
+from symmotion.design.question import as_constraints, assembled, require_start, require_times
 from symmotion.design.terms import as_objective, closed_expression, expression_of, parts_of
 from symmotion.energies import Energy, JetEnergy, Torque
 from symmotion.errors import InputError
@@ -196,11 +196,20 @@ class OrientationDesign:
         return {**multipliers, "keyframes": shaped}
 
     def with_keyframes(
-        self, program: "Program[OrientationDesign]", keyframes: "Rotations"
+        self, program: "Program[OrientationDesign]", keyframes: "Keyframes | tuple[ArrayLike, Rotations] | Rotations"
     ) -> "Program[OrientationDesign]":
-        """The program for other quaternions (M, 4) at the same times, each way between them on the branch it had."""
+        """The program for other orientations at the same times, each way between them on the branch it had.
+
+        keyframes: rigid `Keyframes`, a tuple of times and quaternions, or the quaternions (M, 4) alone.
+        """
         began = perf_counter()
-        design, same = self.turned(keyframes)
+        quaternions = keyframes
+        if isinstance(keyframes, Keyframes):
+            keyframes = keyframes.times, keyframes.rotations()
+        if isinstance(keyframes, tuple) and len(keyframes) == 2:
+            times, quaternions = keyframes
+            require_times(times, self.keys.times)
+        design, same = self.turned(quaternions)  # pyright: ignore[reportArgumentType] what is none is refused there
         fresh = design.program()
         # The structure depends on which branches the logarithms take, and on nothing else that changes here.
         structure = program.structure if same else fresh.structure

@@ -10,17 +10,18 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion import checks
 from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.control_start import motion_of
 from symmotion.design.orientation import RENAMED, TORQUE, OrientationDesign
-from symmotion.design.question import as_constraints, assembled, require_start
+from symmotion.design.question import as_constraints, assembled, require_start, require_times
 from symmotion.design.terms import as_objective, closed_expression, parts_of
 from symmotion.energies import Energy, TrajectoryEnergy
 from symmotion.errors import InputError
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Keyframes, PoseMotion
 from symmotion.motions.quaternions import OrientationKeys
-from symmotion.motions.quaternions.algebra import Signs, from_rotation
+from symmotion.motions.quaternions.algebra import Signs
 from symmotion.program import Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
@@ -64,9 +65,7 @@ def pose_program(
     given = OrientationKeys.of(keys, quaternions, turns, signs)
     if isinstance(keys, Keyframes) and translation is None:
         translation = keys.translation
-    points = np.array(translation, dtype=float)
-    if points.shape != (len(given), 3) or not np.isfinite(points).all():
-        raise InputError(f"translation of shape {points.shape}: finite, ({len(given)}, 3) is needed")
+    points = checks.array(translation, (len(given), 3), "translation")
     energy = as_objective(objective, TORQUE + ORIGIN)
     turning = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates, channels=7)
     symbols = turning.space.symbols()
@@ -151,13 +150,19 @@ class PoseDesign:
             placed[self.placed] = multipliers["translation"]
         return {**self.turning.multipliers(multipliers), "translation": placed}
 
-    def with_keyframes(self, program: "Program[PoseDesign]", keyframes: Keyframes) -> "Program[PoseDesign]":
-        """The program for other rigid keyframes at the same times."""
+    def with_keyframes(
+        self, program: "Program[PoseDesign]", keyframes: "Keyframes | tuple[ArrayLike, Rotations, ArrayLike]"
+    ) -> "Program[PoseDesign]":
+        """The program for other rigid `Keyframes`, or a tuple (times, quaternions, translation), at the same times."""
         began = perf_counter()
-        if not isinstance(keyframes, Keyframes) or not np.array_equal(keyframes.times, self.turning.keys.times):
-            raise InputError("with_keyframes takes rigid Keyframes at the same times; make a new program for others")
-        turning, same = self.turning.turned(from_rotation(keyframes.rotations()))
-        points = np.array(keyframes.translation)
+        if isinstance(keyframes, Keyframes):
+            keyframes = keyframes.times, keyframes.rotations(), keyframes.translation
+        if not isinstance(keyframes, tuple) or len(keyframes) != 3:
+            raise InputError("with_keyframes takes rigid Keyframes, or a tuple of times, quaternions and translation")
+        times, quaternions, translation = keyframes
+        require_times(times, self.turning.keys.times)
+        turning, same = self.turning.turned(quaternions)
+        points = checks.array(translation, self.translation.shape, "translation")
         start = _refined(_path(turning.keys, points, turning.ends), turning, turning.keys)
         fresh = PoseDesign(turning, points, start).program()
         structure = program.structure if same else fresh.structure

@@ -4,14 +4,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.constraints import MotionConstraint, Setting
+from symmotion.constraints.keyframed import affine_rates
 from symmotion.design.independence import require_independent
 from symmotion.design.terms import distinct
 from symmotion.errors import InputError
-from symmotion.motions import Affine, Keyframes
+from symmotion.motions import Affine, Keyframes, as_keyframes
 from symmotion.program import Block, Constraint, DesignT, Multipliers, Program
+from symmotion.splines import check_times
 
 
 def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
@@ -35,6 +38,28 @@ def require_rates(ends: str, end_rates: object, known: Sequence[str] = ("natural
     checks.choice(ends, known, "ends")
     if (ends == "clamped") != (end_rates is not None):
         raise InputError("clamped ends go with end_rates, and end_rates with clamped ends")
+
+
+def rates_at_ends(
+    ends: str, end_rates: object, d: int, known: Sequence[str] = ("natural", "clamped", "periodic")
+) -> Affine | None:
+    """The rates at clamped ends of an affine motion, None at others; what is amiss with them as in `require_rates`."""
+    require_rates(ends, end_rates, known)
+    return None if end_rates is None else Affine(*affine_rates(end_rates, d, "end_rates"))
+
+
+def require_times(times: ArrayLike, wanted: np.ndarray) -> None:
+    """InputError for keyframes at other times than a program's."""
+    if not np.array_equal(check_times(times), wanted):
+        raise InputError("with_keyframes keeps the times; make a new program for other times")
+
+
+def other_keyframes(keyframes: object, old: Keyframes) -> Keyframes:
+    """The affine keyframes that take the place of old ones; InputError in another dimension."""
+    keys = as_keyframes(keyframes, what="keyframes")  # pyright: ignore[reportArgumentType] it is found out there
+    if keys.dimension != old.dimension:
+        raise InputError(f"keyframes in {keys.dimension}D for a program in {old.dimension}D")
+    return keys
 
 
 def require_start(motion: object, kind: type, dimension: int) -> None:

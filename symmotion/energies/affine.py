@@ -33,8 +33,9 @@ class Rigidity(Energy):
         ) -> None: ...
 
     def __post_init__(self):
-        if isinstance(self.order, bool) or self.order not in (1, 2):
-            raise InputError(f"rigidity of order {self.order!r}: 1 (HJK 10) or 2 (HJK 11) is needed")
+        whole = isinstance(self.order, int | np.integer) and not isinstance(self.order, bool)
+        if not whole or self.order not in (1, 2):
+            raise InputError(f"rigidity of order {checks.told(self.order)}: 1 (HJK 10) or 2 (HJK 11) is needed")
         if self.test_vectors is not None:
             q = checks.read_only(checks.numbers(self.test_vectors, "test vectors"))
             if q.ndim != 2 or not np.isfinite(q).all():

@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
 
+from symmotion import checks
 from symmotion.energies.energy import Energy
 from symmotion.errors import InputError
 from symmotion.jets import CurveJet
@@ -19,8 +21,8 @@ class Bending(Energy):
     order: int = 2
 
     def __post_init__(self):
-        if isinstance(self.order, bool) or self.order not in (1, 2, 3):
-            raise InputError(f"order {self.order!r}: 1, 2 or 3 is needed")
+        if isinstance(self.order, bool) or not isinstance(self.order, int | np.integer) or self.order not in (1, 2, 3):
+            raise InputError(f"order {checks.told(self.order)}: 1, 2 or 3 is needed")
 
     @property
     def name(self) -> str:

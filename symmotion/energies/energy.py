@@ -113,9 +113,11 @@ class EnergySum(Energy):
     weighted: tuple[tuple[float, Energy], ...]
 
     def __post_init__(self):
-        for weight, energy in self.weighted:
-            if not np.isfinite(weight):
-                raise InputError(f"weight {weight:g} of {energy.name}: weights must be finite and not negative")
+        pairs = self.weighted if isinstance(self.weighted, tuple | list) else (self.weighted,)
+        for pair in pairs:
+            if not (isinstance(pair, tuple | list) and len(pair) == 2 and isinstance(pair[1], Energy)):
+                raise InputError(f"sum of energies: {checks.told(pair)}: pairs of a weight and an energy are needed")
+            checks.number(pair[0], f"weight of {pair[1].name}:")
         if not any(weight for weight, _ in self.weighted):
             raise InputError("all weights of the energies are zero")
 

@@ -5,6 +5,7 @@ from typing import Literal, TypeVar, cast
 
 import numpy as np
 
+from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.fairing.jumps import Jumps
 from symmotion.motions.dual import DualQuaternions
@@ -43,10 +44,9 @@ class Coordinates:
             raise InputError(f"parts {parts!r} are unknown; there are {', '.join(PARTS)}")
         if motion.spherical and parts != "real":
             raise InputError(f"parts {parts!r}: a spherical motion has real parts only")
-        if not (np.isfinite(length) and length > 0):
-            raise InputError(f"length {length!r}: a positive number is needed")
+        length = checks.positive(length, "length")
         motion.control_displacements.require_aligned()
-        return Coordinates(motion, parts, float(length))
+        return Coordinates(motion, parts, length)
 
     @property
     def net(self) -> np.ndarray:

@@ -130,7 +130,7 @@ def _check(method: str, form: str, options: Mapping[str, object], divergence: fl
         checks.positive(given[name], name)
     if "max_steps" in given:
         checks.whole(given["max_steps"], 0, "max_steps")
-    if not divergence > 1:
+    if not checks.positive(divergence, "divergence") > 1:
         raise InputError(f"divergence {divergence!r}: a number above 1 is needed")
     if "target" in given and ("weight" in given or method == "bounded"):
         other = "weight" if "weight" in given else "bounded"

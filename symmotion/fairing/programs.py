@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
+from symmotion import checks
 from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.question import as_constraints, assembled, require_start
 from symmotion.errors import InputError
@@ -170,8 +171,7 @@ def fairing_program(
     coordinates = Coordinates.of(motion, parts, length)
     jumps = Jumps.of(motion.bases)
     box = Box.of(jumps, motion, region)
-    if not (np.isfinite(weight) and weight >= 0):
-        raise InputError(f"weight {weight!r}: a number, 0 or more, is needed")
+    checks.not_negative(weight, "weight")
     net = coordinates.net
     n, m, channels = net.shape
     flat = net.reshape(-1, channels)
@@ -220,7 +220,7 @@ def _bounds(flat: np.ndarray, inside: np.ndarray, limit: np.ndarray, every: spar
 
 def tolerances(tolerance: float | np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """(n, m) a tolerance for every control; InputError for negative ones and other shapes."""
-    limit = np.asarray(tolerance, dtype=float)
+    limit = checks.numbers(tolerance, "tolerance")
     if limit.ndim == 1 and shape[1] == 1:
         limit = limit[:, None]
     if limit.shape not in ((), shape):

@@ -1,14 +1,16 @@
 """What a file format is: a row with its endings, what it holds, what reads and writes it, and with which options."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeVar, get_args
 
 from symmotion import checks
 from symmotion.errors import InputError
+from symmotion.whole import whole_files
 
 FilePath = str | os.PathLike[str]
 Holds = Literal["keyframes", "motion", "scene", "film", "mesh", "net"]
@@ -43,6 +45,7 @@ class Format:
     is not read or written.
     claims: of formats that share an ending, whether the file at a path is of this one.
     check: what can be refused before there is anything to write, from a path and the options of `write`.
+    whole: whether `write` itself leaves a whole file or none; of others what they write is moved in place at the end.
     """
 
     name: str
@@ -56,13 +59,14 @@ class Format:
     writing: tuple[Option, ...] = ()
     claims: Callable[[FilePath], bool] | None = None
     check: Callable[..., object] | None = None
+    whole: bool = False
 
     def __post_init__(self):
         checks.choice(self.holds, get_args(Holds), f"format {self.name}: holds")
         endings = self.endings
         if not isinstance(endings, tuple) or not endings or any(e != e.lower() or "." in e or not e for e in endings):
             raise InputError(f"format {self.name}: endings {endings!r}: a tuple as ('tum',), without dots, is needed")
-        if self.read is None and self.write is None:
+        if not all(f is None or callable(f) for f in (self.read, self.write)) or self.read is self.write is None:
             raise InputError(f"format {self.name}: a function that reads it, or one that writes it, is needed")
 
     def options(self, way: Way) -> tuple[Option, ...]:
@@ -71,8 +75,11 @@ class Format:
 
 
 def rows(formats: Iterable[Format], way: Way, *holds: Holds) -> tuple[Format, ...]:
-    """The rows that can be read, or written, and hold one of these."""
-    return tuple(row for row in formats if row.holds in holds and getattr(row, way) is not None)
+    """The rows that can be read, or written, and hold one of these; InputError unless they are rows."""
+    table = tuple(formats) if isinstance(formats, Iterable) else ()
+    if not isinstance(formats, Iterable) or not all(isinstance(row, Format) for row in table):
+        raise InputError(f"formats {checks.told(formats)}: a table is needed, (*symmotion.files.FORMATS, mine)")
+    return tuple(row for row in table if row.holds in holds and getattr(row, way) is not None)
 
 
 def endings(among: Iterable[Format]) -> tuple[str, ...]:
@@ -139,21 +146,40 @@ def require_order(value: object, path: object, door: str, what: str, kind: type 
     checks.file_path(path, f"the path given to {door},")
 
 
-# Any, here and below: the doors, `read_keyframes` and its like, say of what type a value is.
+Kind = TypeVar("Kind")
+
+
 def read_file(
     path: FilePath,
+    kind: type[Kind],
     formats: Iterable[Format],
     *holds: Holds,
     format: str | None = None,
     options: Mapping[str, object] = MappingProxyType({}),
-) -> Any:
-    """What a file holds, one of these, read by its row with those of the options that are given."""
+) -> Kind:
+    """What a file holds, one of these and of a kind, read by its row with those of the options that are given."""
     among = rows(formats, "read", *holds)
     row = row_of(path, among, format)
     assert row.read is not None
-    return row.read(path, **keywords(path, row, "read", options, among))
+    with _named(path, f"cannot be read as {row.name}"):
+        found = row.read(path, **keywords(path, row, "read", options, among))
+    if not isinstance(found, kind):
+        raise InputError(f"{path}: {row.name} reads a {type(found).__name__}: {kind.__name__} is needed")
+    return found
 
 
+@contextmanager
+def _named(path: FilePath, failing: str) -> Iterator[None]:
+    """An InputError that names the file, of whatever a reader or writer of the user's own raises inside."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"{path}: {failing}: {type(error).__name__}: {error}") from error
+
+
+# Any: the doors, `write_motion` and its like, say of what type the answer is.
 def write_file(
     value: object,
     path: FilePath,
@@ -166,4 +192,8 @@ def write_file(
     among = rows(formats, "write", *holds)
     row = row_of(path, among, format)
     assert row.write is not None
-    return row.write(value, path, **keywords(path, row, "write", options, among))
+    given = keywords(path, row, "write", options, among)
+    if row.whole:
+        return row.write(value, path, **given)
+    with _named(path, f"cannot be written as {row.name}"), whole_files(path) as part:
+        return row.write(value, part, **given)

@@ -50,7 +50,7 @@ def read_keyframes(
     """
     _require_path(path, "read_keyframes", Keyframes, "these are keyframes")
     given = {"times": times, "delimiter": delimiter, "node": node, "animation": animation}
-    return read_file(path, formats, "keyframes", format=format, options=given)
+    return read_file(path, Keyframes, formats, "keyframes", format=format, options=given)
 
 
 def read_motion(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> AffineMotion:
@@ -59,7 +59,7 @@ def read_motion(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> Affin
     formats: as in `read_keyframes`.
     """
     _require_path(path, "read_motion", AffineMotion, "this is a motion")
-    return read_file(path, formats, "motion")
+    return read_file(path, AffineMotion, formats, "motion")
 
 
 def read_two_parameter(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> TwoParameterMotion:
@@ -73,7 +73,7 @@ def read_two_parameter(path: FilePath, *, formats: Iterable[Format] = FORMATS) -
     Raises InputError that names the file and the entry at fault.
     """
     _require_path(path, "read_two_parameter", TwoParameterMotion, "this is a two-parameter motion")
-    return read_file(path, formats, "net")
+    return read_file(path, TwoParameterMotion, formats, "net")
 
 
 def _require_path(path: FilePath, door: str, kind: type, already: str) -> None:

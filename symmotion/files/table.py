@@ -1,5 +1,7 @@
 """The table of formats: everything that reads or writes a file finds its way here."""
 
+from dataclasses import replace
+
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.files.bvh import read_bvh_keyframes
@@ -42,7 +44,7 @@ SECONDS = Option("seconds", "length; default: a unit of time is a second", float
 ACCURACY = Option("tolerance", "of sampled keys, relative to the motion's size", float, TOLERANCE, checks.positive)
 SCENE = (BODY, SECONDS, ACCURACY)
 
-FORMATS = (
+FORMATS = tuple(replace(row, whole=True) for row in (
     Format("tum", ("tum",), "keyframes", "lines t tx ty tz qx qy qz qw", read_tum, write_tum, (TIMES, DELIMITER)),
     Format("kitti", ("kitti",), "keyframes", "lines of 12 numbers, the matrix [A v] row by row", read_kitti,
            write_kitti, (TIMES, DELIMITER)),
@@ -70,4 +72,4 @@ FORMATS = (
     Format("json", ("json",), "net", "a two-parameter motion, exactly; read also axis, angle [rad], translation, "
            "knots_u, knots_v", read_net_json, write_net_json, claims=is_net_json),
     Format("npz", ("npz",), "net", "the same as arrays of NumPy", read_net_npz, write_net_npz),
-)  # fmt: skip
+))  # fmt: skip

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 
 from symmotion.bodies import Shape
 from symmotion.bodies.mesh import Mesh
+from symmotion.bodies.places import placed
 from symmotion.files.formats import FilePath, Format, require_order, write_file
 from symmotion.files.table import FORMATS
 from symmotion.files.written import WrittenMotion
@@ -60,6 +61,7 @@ def write_motion(
     have, and for a path that cannot be written.
     """
     require_order(motion, path, "write_motion", "a motion")
+    placed(motion)
     given = {
         "times": times,
         "rate": rate,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import choice, numbers, read_only
+from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.motions.position import Affine, in_line
 from symmotion.motions.rotations import as_quaternions, as_rotations, to_rotation
@@ -72,7 +72,7 @@ class Keyframes:
         if len(times) != len(linear):
             raise InputError(f"{len(times)} times for {len(linear)} linear parts: one of each per keyframe is needed")
         for name, array in (("times", times), ("linear", linear), ("translation", translation)):
-            object.__setattr__(self, name, read_only(array))
+            object.__setattr__(self, name, checks.read_only(array))
 
     @staticmethod
     def of(
@@ -111,10 +111,10 @@ class Keyframes:
         δ_i² is the mean of ‖(v_{i+1} + A_{i+1} p) − (v_i + A_i p)‖² over the body points p.
         points: (P, d); the unit vectors and their opposites when left out.
         """
-        choice(method, PARAMETRISATIONS, "parametrisation")
+        checks.choice(method, PARAMETRISATIONS, "parametrisation")
         linear, translation = _check_positions(linear, translation)
         d = linear.shape[-1]
-        points = np.concatenate([np.eye(d), -np.eye(d)]) if points is None else numbers(points, "body points")
+        points = np.concatenate([np.eye(d), -np.eye(d)]) if points is None else checks.numbers(points, "body points")
         if points.ndim != 2 or points.shape[1] != d or not len(points) or not np.isfinite(points).all():
             raise InputError(f"body points of shape {points.shape}: finite, shape (P, {d}), P ≥ 1, is needed")
         positions = translation[:, None] + points @ linear.transpose(0, 2, 1)
@@ -167,13 +167,17 @@ class Keyframes:
         """The same positions with times by `method` over the same span; see `parametrised`."""
         return Keyframes.parametrised(self.linear, self.translation, method, points, (self.times[0], self.times[-1]))
 
-    def moved(self, i: int, linear: ArrayLike | None = None, translation: ArrayLike | None = None) -> "Keyframes":
-        """The same keyframes with number i given another linear part or translation."""
-        if not -len(self) <= i < len(self):
-            raise InputError(f"keyframe {i} does not exist: there are {len(self)}")
+    def moved(
+        self, i: int, linear: "ArrayLike | Rotation | None" = None, translation: ArrayLike | None = None
+    ) -> "Keyframes":
+        """The same keyframes with number i given another linear part (d, d), or `Rotation`, or translation (d,)."""
+        i, d = checks.index(i, len(self), "keyframe"), self.dimension
         a, v = self.linear.copy(), self.translation.copy()
-        a[i] = a[i] if linear is None else linear
-        v[i] = v[i] if translation is None else translation
+        if linear is not None:
+            matrix = linear.as_matrix() if hasattr(linear, "as_matrix") else linear  # pyright: ignore[reportAttributeAccessIssue]
+            a[i] = checks.array(matrix, (d, d), "linear")
+        if translation is not None:
+            v[i] = checks.array(translation, (d,), "translation")
         return Keyframes(self.times, a, v)
 
     def require_orientation(self, what: str) -> None:
@@ -231,12 +235,12 @@ def _positions(positions: "Rotations | Affine | RigidTransform", scalar_first: b
     if isinstance(positions, Affine):
         return positions
     if hasattr(positions, "as_quat"):
-        matrices = numbers(positions.as_matrix(), "positions")  # pyright: ignore[reportAttributeAccessIssue]
+        matrices = checks.numbers(positions.as_matrix(), "positions")  # pyright: ignore[reportAttributeAccessIssue]
         return Affine(matrices.reshape(-1, 3, 3), np.zeros((matrices.size // 9, 3)))
     if hasattr(positions, "as_matrix"):
-        matrices = numbers(positions.as_matrix(), "positions")  # pyright: ignore[reportAttributeAccessIssue]
+        matrices = checks.numbers(positions.as_matrix(), "positions")  # pyright: ignore[reportAttributeAccessIssue]
         return Affine.of(matrices.reshape(-1, 4, 4))
-    given = numbers(positions, "positions")
+    given = checks.numbers(positions, "positions")
     if given.ndim == 2 and given.shape[1] == 4:
         q = as_quaternions(given, "quaternion", scalar_first=scalar_first)
         return Affine(to_rotation(q).as_matrix(), np.zeros((len(q), 3)))
@@ -251,13 +255,13 @@ def _positions(positions: "Rotations | Affine | RigidTransform", scalar_first: b
 
 
 def _check_positions(linear: ArrayLike, translation: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
-    linear = numbers(linear, "linear parts")
+    linear = checks.numbers(linear, "linear parts")
     if linear.ndim != 3 or linear.shape[1] != linear.shape[2] or linear.shape[1] not in (2, 3):
         raise InputError(f"linear parts of shape {linear.shape}: (M, 2, 2) or (M, 3, 3) is needed")
     m, d = linear.shape[:2]
     if m < 2:
         raise InputError(f"{m} keyframe{'s' * (m != 1)}: a motion needs at least 2")
-    translation = np.zeros((m, d)) if translation is None else numbers(translation, "translations")
+    translation = np.zeros((m, d)) if translation is None else checks.numbers(translation, "translations")
     if translation.shape != (m, d):
         raise InputError(f"translations of shape {translation.shape} for {m} keyframes in {d}D: ({m}, {d}) is needed")
     finite = np.isfinite(linear).all(axis=(1, 2)) & np.isfinite(translation).all(axis=1)

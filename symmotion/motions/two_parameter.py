@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import choice
+from symmotion.checks import choice, numbers
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.position import Affine
@@ -127,7 +127,7 @@ class TwoParameterMotion:
         """
         if len(nu) != 2 or min(nu) < 0:
             raise InputError(f"derivative orders {nu!r}: two, 0 or more, are needed")
-        u, v = (np.asarray(x, dtype=float) for x in (u, v))
+        u, v = numbers(u, "u"), numbers(v, "v")
         for basis, x, name in ((self.u, u, "u"), (self.v, v, "v")):
             try:
                 basis.spans(x)

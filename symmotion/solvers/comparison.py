@@ -14,7 +14,7 @@ from symmotion.solvers.ipopt import Ipopt
 from symmotion.solvers.newton import ExactNewton
 from symmotion.solvers.plain import PlainIpopt
 from symmotion.solvers.solution import Solution, Status
-from symmotion.solvers.solver import Solver, conclude, require_solver
+from symmotion.solvers.solver import Solver, conclude, require_program, require_solver
 
 # Short names of solvers, as reports and the command line use them.
 BY_NAME: dict[str, Solver] = {
@@ -90,12 +90,16 @@ def compare(program: Program, solvers: Sequence[Solver] | None = None, start: ob
         solvers = (ExactNewton(), Ipopt(), Elimination())
     if not isinstance(solvers, Iterable):
         raise InputError(f"solvers {solvers!r}: a sequence is needed, such as [ExactNewton(), Ipopt()]")
+    require_program(program)
     solutions = []
     for solver in [require_solver(s, "tolerance") for s in solvers]:
         try:
-            solutions.append(solver.solve(program, start))
+            found = solver.solve(program, start)
         except InputError as error:
-            solutions.append(_unsupported(program, solver, str(error)))
+            found = _unsupported(program, solver, str(error))
+        if not isinstance(found, Solution):
+            raise InputError(f"solver {solver!r} returns a {type(found).__name__}: a Solution is needed, see conclude")
+        solutions.append(found)
     return Comparison(program, tuple(solutions))
 
 

@@ -8,6 +8,7 @@ from typing import Any, Generic
 
 import numpy as np
 
+from symmotion import checks
 from symmotion.errors import InputError, SolveError
 from symmotion.pictures import as_html, plot_solution
 from symmotion.program import Design, DesignT, Evaluator, MotionT, Multipliers, Program
@@ -155,7 +156,7 @@ class Solution(Generic[DesignT]):
 
         See `Certificate.holds`.
         """
-        tolerance = self.tolerance if tolerance is None else tolerance
+        tolerance = self.tolerance if tolerance is None else checks.not_negative(tolerance, "tolerance")
         c = self.certificate
         if c.holds(tolerance):
             return self

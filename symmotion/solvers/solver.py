@@ -47,8 +47,17 @@ def require_solver(value: Any, *names: str) -> Solver:
     return value
 
 
+# Any: an object of the user's own, which may be no program.
+def require_program(value: Any) -> Program:
+    """The value; InputError unless it is a program."""
+    if not isinstance(value, Program):
+        raise InputError(f"program of type {type(value).__name__}: what affine_program and its like return is needed")
+    return value
+
+
 def start_vector(program: Program, start: object) -> np.ndarray:
     """(unknowns,) a start as x: None for the program's own, a Solution, a motion, or (unknowns,) numbers."""
+    require_program(program)
     if start is None:
         return program.x0
     if isinstance(start, Solution):
@@ -73,7 +82,7 @@ def require_equalities(program: Program, solver: str, curved: bool = False) -> N
 
     curved: whether it takes nonlinear equalities.
     """
-    for c in program.constraints:
+    for c in require_program(program).constraints:
         if not c.is_equality or not (curved or c.block.kernel.linear):
             nature = "an inequality" if not c.is_equality else "nonlinear"
             taken = "equalities" if curved else "linear equalities"
@@ -98,6 +107,7 @@ def conclude(
     method: the solver's short name, of its class when left out; failure: what the solver says went wrong, None where
     it claims success; evaluator: one of the program, if there is one.
     """
+    require_program(program)
     certificate = certify(program, x, multipliers, evaluator)
     wanting = certificate.wanting(solver.tolerance)
     if wanting and failure is None:

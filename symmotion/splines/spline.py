@@ -62,7 +62,7 @@ class Spline:
         Raises InputError outside the domain unless `extrapolate`: then a periodic spline goes
         round and a clamped one continues its end pieces.
         """
-        t, nu = np.asarray(t, dtype=float), whole(nu, 0, "derivative order")
+        t, nu = numbers(t, "times"), whole(nu, 0, "derivative order")
         if not np.isfinite(t).all():
             raise InputError("parameters must be finite")
         if not extrapolate:

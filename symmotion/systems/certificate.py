@@ -7,7 +7,8 @@ import numpy as np
 import scipy.linalg as la
 from scipy import sparse
 
-from symmotion.checks import array
+from symmotion import checks
+from symmotion.errors import InputError
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.program import Program
 from symmotion.systems.condensed import Condensed
@@ -71,6 +72,7 @@ class Certificate:
 
     def wanting(self, tolerance: float) -> str:
         """What of the first-order conditions does not hold to a tolerance, in words; nothing where they hold."""
+        checks.not_negative(tolerance, "tolerance")
         if not np.isfinite(self.objective):
             return "the objective, a condition or a derivative is not finite"
         most = max(tolerance * tolerance * abs(self.objective), self.rounding)
@@ -98,8 +100,10 @@ def certify(
     program: Program, x: np.ndarray, multipliers: np.ndarray, evaluator: Evaluator | None = None
 ) -> Certificate:
     """The certificate of a point x (unknowns,) with multipliers (conditions,)."""
-    x = array(x, (program.unknowns,), "x", finite=False)
-    multipliers = array(multipliers, (program.conditions,), "multipliers", finite=False)
+    if not isinstance(program, Program):
+        raise InputError(f"program of type {type(program).__name__}: a Program is needed")
+    x = checks.array(x, (program.unknowns,), "x", finite=False)
+    multipliers = checks.array(multipliers, (program.conditions,), "multipliers", finite=False)
     if not (np.isfinite(x).all() and np.isfinite(multipliers).all()):
         return NOWHERE
     return _Inspection(program, evaluator or Evaluator(program), x, multipliers).certificate()

@@ -10,6 +10,7 @@ from symmotion.constraints import dense_times
 from symmotion.energies import Energy
 
 KEYS = sm.examples.random_keyframes(6, 60, 1)
+Condition: Any = sm.constraints.CurveCondition  # also with what a type checker would refuse
 POINTS = body_points(3)
 OBJECTIVE = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(POINTS)
 CLOSED = KEYS.moved(-1, KEYS.linear[0], KEYS.translation[0])
@@ -138,7 +139,7 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
             r"'angular rate \(2\)'.* contradicts conditions among keyframes, periodic",
         ),
         (lambda: program(sm.Velocity(2, [1, 0, 0]), objective=sm.Rigidity()), "velocity is a condition on the transl"),
-        (lambda: program(sm.Velocity(6, [1, 0, 0])), "velocity: keyframe 6 does not exist, there are 6"),
+        (lambda: program(sm.Velocity(6, [1, 0, 0])), "velocity: keyframe 6 does not exist: there are 6"),
         (lambda: program(sm.Velocity(0, [1, 0])), r"velocity: velocity of shape \(2,\)"),
         (lambda: program(sm.constraints.AngularRate(0, 1.0)), r"angular rate: rate of shape \(1,\)"),
         (lambda: program(sm.constraints.Periodic()), "the first and the last keyframe differ"),
@@ -147,6 +148,29 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
         (lambda: program(sm.constraints.UnitVolume([1.0])), "time 1 is a keyframe's"),
         (lambda: program(sm.constraints.OnLine(1, [0, 0, 0])), "line: the direction is zero"),
         (lambda: sm.Tolerance(linear=-1.0), r"tolerance: linear -1.0: a positive number"),
+        (lambda: cast(Any, sm).Tolerance(linear="x"), "tolerance: linear 'x': a positive number"),
+        (lambda: cast(Any, sm).Tolerance(linear=True), "tolerance: linear True: a positive number"),
+        (lambda: sm.Tolerance(turn=[[0.1]]), r"tolerance: turn of shape \(1, 1\)"),
+        (lambda: program(cast(Any, sm).Tolerance(linear=0.1, keyframes=0)), "tolerance: keyframe 0: a list of whole"),
+        (lambda: cast(Any, sm).constraints.NoInversion("x"), "no inversion: least 'x': a finite number"),
+        (lambda: cast(Any, sm).constraints.NoInversion(None), "no inversion: least None: a finite number"),
+        (lambda: program(cast(Any, sm).constraints.NoInversion(0.1, density="x")), "no inversion: density 'x'"),
+        (lambda: cast(Any, sm).SpeedBound(5.0, np.eye(3)), "speed: limit array.*: a positive number"),
+        (lambda: cast(Any, sm).SpeedBound(np.eye(3), None), "speed: limit None"),
+        (lambda: sm.RateBound(0.0), "bound on the rate: 0.0: a positive number"),
+        (lambda: sm.constraints.AccelerationBound(-1.0), "bound on the acceleration: -1.0"),
+        (lambda: cast(Any, sm).constraints.TorqueBound("x"), "bound on the torque: 'x'"),
+        (lambda: program(cast(Any, sm).constraints.ExactSamples([[1], [2, 3]])), r"exact sample \[1\] does not exist"),
+        (lambda: Condition.at("x", [[0, 0, 0]]), "values: times: a str is no array"),
+        (lambda: Condition.at([0.5, 0.6], [[0], [1, 2]]), "values: values: a list is no array"),
+        (lambda: Condition.at([0.5], [[0, 0, 0]], order=None), "derivative order None"),
+        (lambda: Condition.at([0.5], [[0, 0, 0]], tolerance=[0.1]), r"values: tolerance \[0.1\]"),
+        (lambda: Condition.at([0.5], [[0, 0, 0]], side=["left"]), r"values: side \['left'\] is unknown"),
+        (lambda: Condition.between([0.5], [[0, 0]], [[1, 1, 1]]), r"bounds of shapes \(1, 2\) and \(1, 3\)"),
+        (lambda: Condition.norm_below([0.5], None), "speed: limit: a NoneType is no array"),
+        (lambda: Condition.closed("a", "b"), "periodic: start 'a': a finite number"),
+        (lambda: Condition.closed(0, 1, 1), "periodic: orders 1: a list of derivative orders"),
+        (lambda: Condition.linked([0.5], "x"), "rebound: factor: a str is no array"),
         (lambda: sm.Tolerance(), "a tolerance on the linear part or the translation"),
         (lambda: program(sm.Tolerance(translation=0.1), objective=sm.Rigidity()), "tolerance is a condition on the tr"),
         (lambda: program(sm.constraints.NoInversion(1.5)), "keyframe 0 has determinant 1, below 1.5"),

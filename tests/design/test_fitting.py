@@ -190,7 +190,7 @@ FEW = TOUR[:10]
     [
         (lambda: fit_program(FEW, controls=11), "10 samples cannot determine 11 controls"),
         (lambda: fit_program(FEW, controls=9, weights=[1, 0, 0] + [1] * 7), "8 samples cannot determine 9 controls"),
-        (lambda: fit_program(FEW, controls=3), "4 or more for degree 3"),
+        (lambda: fit_program(FEW, controls=3), "controls 3: a whole number for degree 3, 4 or more"),
         (lambda: fit_program(FEW), "either controls"),
         (lambda: fit_program(FEW, controls=5, knots=[0.1]), "either controls"),
         (lambda: fit_program(FEW, knots=FEW.times[1] * np.array([0.2, 0.4, 0.6, 0.8])), "where there are no samples"),
@@ -200,7 +200,7 @@ FEW = TOUR[:10]
         (lambda: fit_program(FEW, controls=5, huber=-1.0), r"huber -1\.0"),
         (lambda: fit_program(FEW, controls=5, exact=[10]), "exact sample 10 does not exist: there are 10"),
         (lambda: fit_program(FEW, controls=5, exact=[-11]), "exact sample -11"),
-        (lambda: fit_program(FEW, controls=5, exact=cast(Any, [0.5])), "numbers of samples"),
+        (lambda: fit_program(FEW, controls=5, exact=cast(Any, [0.5])), "exact sample 0.5 does not exist"),
         (lambda: fit_program(FEW, controls=5, exact=range(6)), "exact sample 4"),
         (lambda: fit_program(FEW, controls=10, exact=range(10)), "nothing is left"),
         (lambda: fit_program(FEW, controls=5, objective=cast(Any, "R")), "'R' is no energy"),

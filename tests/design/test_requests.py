@@ -1,6 +1,9 @@
 """What a user may ask of a program, in public names: each request in at most three lines beyond the program itself."""
 
+import copy
 import pickle
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from typing import Any
 
 import casadi as ca
@@ -105,6 +108,43 @@ def test_two_bodies_at_a_fixed_distance():
     assert by_ipopt.objective == pytest.approx(solution.objective, rel=1e-8)
     alone = sum(sm.ExactNewton().solve(p).objective for p in two.values())
     assert solution.objective > alone
+
+
+def two_bodies(at, shift=0.0):
+    """An affine body and a pose that keep their distance, the pose `shift` later."""
+    keys = sm.Keyframes.from_rotations(TIMES + shift, TURNS, PLACES + np.array([2.0, 0.0, 0.0]))
+    mine = sm.affine_program(sm.Keyframes.from_rotations(TIMES, TURNS, PLACES), objective=BOTH)
+    two: dict[str, Any] = {"a": mine, "p": sm.pose_program(keys)}  # Any: programs of different kinds
+    far = sm.JetConstraint(
+        lambda a, b, d: ca.sumsqr(a.v - b.v) - d.least, upper=np.inf, at=at, name="far", parameters={"least": 3.9}
+    )
+    return sm.join(two, [far])
+
+
+@pytest.mark.parametrize("at", [None, 1.6, [1.6, 2.6], [(1.6, 2.6)]])
+def test_bodies_travel_together(at):
+    program = two_bodies(at)
+    turned = sm.Keyframes.from_rotations(TIMES, TURNS, PLACES + 0.1)
+    for travelled in (pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(program)))), copy.deepcopy(program)):
+        there, here = travelled.with_keyframes({"a": turned}), program.with_keyframes({"a": turned})
+        x = here.x0 + 0.1
+        np.testing.assert_allclose(sm.program.Evaluator(there).values(x), sm.program.Evaluator(here).values(x))
+
+
+def test_bodies_travel_to_other_processes():
+    program = two_bodies([1.6])
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        found: list[Any] = sm.solve_many([program], solver=sm.Ipopt(), executor=pool)
+    assert found[0].objective == pytest.approx(sm.Ipopt().solve(program).objective, rel=1e-9)
+
+
+def test_each_time_of_a_tuple_is_of_its_own_body():
+    assert two_bodies([(1.6, 11.6)], shift=10.0).constraint("far").block.count == 1
+    assert two_bodies(None, shift=1.3).constraint("far").block.count > 1
+    with pytest.raises(sm.InputError, match=r"far: time 1.6 is outside the motion's domain \[1\d"):
+        two_bodies([(1.6, 1.6)], shift=10.0)
+    with pytest.raises(sm.InputError, match="far: the motions have no times in common"):
+        two_bodies(None, shift=10.0)
 
 
 @pytest.mark.parametrize("kinds", ["affine and pose", "pose and orientation", "affine and curve"])
@@ -277,6 +317,93 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
     assert -float(solve(0.1).multipliers["fixed"]) == pytest.approx(slope, rel=1e-4, abs=1e-7)
 
 
+SAMPLES = sm.examples.random_keyframes(20, 10, 2)
+NOTHING: list[Any] = ["x", 1j, [1.0, [2.0, 3.0]], {"a": 1}, object(), True, np.ma.array([1.0, 2.0], mask=[False, True])]
+ARGUMENTS: dict[tuple[str, str], Any] = {  # Any: functions of an argument of any kind
+    ("affine", "degree"): lambda x: WRONG.affine_program(KEYS, degree=x),
+    ("affine", "refine"): lambda x: WRONG.affine_program(KEYS, refine=x),
+    ("affine", "knots"): lambda x: WRONG.affine_program(KEYS, knots=x),
+    ("affine", "ends"): lambda x: WRONG.affine_program(KEYS, ends=x),
+    ("affine", "end_rates"): lambda x: WRONG.affine_program(KEYS, ends="clamped", end_rates=x),
+    ("fit", "controls"): lambda x: WRONG.fit_program(SAMPLES, controls=x),
+    ("fit", "weights"): lambda x: WRONG.fit_program(SAMPLES, controls=9, weights=x),
+    ("fit", "points"): lambda x: WRONG.fit_program(SAMPLES, controls=9, points=x),
+    ("fit", "huber"): lambda x: WRONG.fit_program(SAMPLES, controls=9, huber=x),
+    ("fit", "exact"): lambda x: WRONG.fit_program(SAMPLES, controls=9, exact=x),
+    ("fit", "knots"): lambda x: WRONG.fit_program(SAMPLES, knots=x),
+    ("fit", "end_rates"): lambda x: WRONG.fit_program(SAMPLES, controls=9, ends="clamped", end_rates=x),
+    ("free", "least_step"): lambda x: WRONG.free_times_program(KEYS, least_step=x),
+    ("free", "end_rates"): lambda x: WRONG.free_times_program(KEYS, ends="clamped", end_rates=x),
+    ("orientation", "signs"): lambda x: WRONG.orientation_program(TIMES, TURNS, signs=x),
+    ("orientation", "turns"): lambda x: WRONG.orientation_program(TIMES, TURNS, turns=x),
+    ("orientation", "end_rates"): lambda x: WRONG.orientation_program(TIMES, TURNS, ends="clamped", end_rates=x),
+    ("pose", "translation"): lambda x: WRONG.pose_program(TIMES, TURNS, x),
+    ("curve", "degree"): lambda x: WRONG.curve_program(KEYS, degree=x),
+    ("curve", "domain"): lambda x: WRONG.curve_program(KEYS, domain=x),
+    ("curve", "order"): lambda x: WRONG.curve_program(KEYS, order=x),
+    ("curve", "end rates"): lambda x: WRONG.curve_program(KEYS, ends="clamped", end_rates=x),
+    ("condition", "at"): lambda x: WRONG.JetConstraint(lambda jet: jet.dv, at=x),
+    ("condition", "lower"): lambda x: WRONG.JetConstraint(lambda jet: jet.dv, lower=x),
+    ("condition", "parameter"): lambda x: WRONG.JetConstraint(lambda jet: jet.dv, parameters={"v": x}),
+    ("energy", "body points"): lambda x: WRONG.TrajectoryEnergy(x),
+    ("energy", "masses"): lambda x: WRONG.TrajectoryEnergy(np.eye(3), x),
+    ("energy", "weight"): lambda x: WRONG.energies.EnergySum(((x, sm.Rigidity()),)),
+    ("motion", "times"): lambda x: sm.interpolants.component_cubic(KEYS)(x),
+    ("rigid motion", "times"): lambda x: sm.interpolants.polar_blend(sm.examples.random_keyframes(4, 60, 1))(x),
+    ("turning motion", "times"): lambda x: sm.quaternions.interpolate_quaternions(TIMES, TURNS)(x),
+}
+
+
+@pytest.mark.parametrize("nothing", NOTHING, ids=lambda x: type(x).__name__)
+@pytest.mark.parametrize(("of", "argument"), ARGUMENTS)
+def test_an_argument_that_is_none_is_refused_by_name_in_one_line(of, argument, nothing):
+    with pytest.raises(sm.InputError, match=f"^[^\n]*{argument}[^\n]*$"):
+        ARGUMENTS[of, argument](nothing)
+
+
+@pytest.mark.parametrize("make", [sm.affine_program, sm.free_times_program])
+def test_rates_at_the_ends_come_as_lists_too(make):
+    rates = np.zeros((2, 3, 3)), np.full((2, 3), 0.1)
+    found = [make(KEYS, ends="clamped", end_rates=r, objective=BOTH) for r in (rates, [r.tolist() for r in rates])]
+    assert (
+        sm.program.Evaluator(found[0]).values(found[0].x0).tolist()
+        == sm.program.Evaluator(found[1]).values(found[1].x0).tolist()
+    )
+    with pytest.raises(sm.InputError, match=r"end_rates: translations of shape \(2, 2\)"):
+        make(KEYS, ends="clamped", end_rates=(rates[0], np.zeros((2, 2))))
+
+
+def test_the_domain_is_that_of_the_keyframes():
+    slow = sm.JetConstraint(lambda jet: jet.dx, at=9.0, name="slow")
+    with pytest.raises(sm.InputError, match=r"slow: time 9 is outside the domain \[0, 5\]"):
+        sm.curve_program(KEYS, constraints=[slow])
+    assert sm.curve_program(KEYS, constraints=[slow], domain=(0, 9)).design.basis.domain == (0.0, 9.0)
+
+
+FRESH = Rotation.random(5, random_state=2)
+
+
+@pytest.mark.parametrize(
+    ("kind", "forms"),
+    [
+        ("orientation", [sm.Keyframes.from_rotations(TIMES, FRESH), (TIMES, FRESH), FRESH, FRESH.as_matrix()]),
+        ("pose", [sm.Keyframes.from_rotations(TIMES, FRESH, 2 * PLACES), (TIMES, FRESH, 2 * PLACES)]),
+    ],
+)
+def test_keyframes_change_in_the_form_in_which_they_came(kind, forms):
+    found = [PROGRAMS[kind](()).with_keyframes(form) for form in forms]
+    for program in found:
+        np.testing.assert_allclose(program.x0, found[0].x0, atol=1e-12)
+        assert np.abs(program.x0 - PROGRAMS[kind](()).x0).max() > 0.1
+
+
+@pytest.mark.parametrize("form", [None, "a.csv", 3, KEYS[0], KEYS.linear, (TIMES + 1, TURNS, PLACES)])
+@pytest.mark.parametrize("kind", PROGRAMS)
+def test_keyframes_that_are_none_are_refused(kind, form):
+    with pytest.raises(sm.InputError, match=r"keyframe|quaternions"):
+        PROGRAMS[kind](()).with_keyframes(form)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -306,6 +433,10 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
         (lambda: PROGRAMS["curve"]([sm.RateBound(1.0)]), "rate"),
         (lambda: sm.join({"a": PROGRAMS["affine"](())}), "two names or more"),
         (lambda: WRONG.join({"a": PROGRAMS["affine"](()), "b": 3}), "programs, 'b': a program"),
+        *(
+            (lambda n=n: WRONG.join({n: PROGRAMS["affine"](()), "b": PROGRAMS["affine"](())}), "of a body: a text")
+            for n in (1, None, "")
+        ),
         (lambda: WRONG.orientation_program(TIMES, TURNS, knots_per_interval=2), "knots_per_interval is refine"),
         (lambda: WRONG.orientation_program(TIMES, TURNS, inertia=(1, 2, 2)), r"inertia is objective=Torque\(inertia\)"),
         (lambda: WRONG.affine_program("walk.bvh"), "read_keyframes"),
@@ -322,6 +453,19 @@ def test_an_equality_is_kept_and_priced_in_every_kind_of_program(kind):
             "energy torque fails on jets of kind affine 2D",
         ),
         (lambda: WRONG.measure(sm.Rigidity(), KEYS), "the motion comes first"),
+        (
+            lambda: sm.measure(sm.interpolants.component_cubic(KEYS), BOTH, times=[0.0, 1.0]),
+            "times: a AffineMotion knows",
+        ),
+        (lambda: WRONG.JetConstraint(lambda jet: jet.v, parameters=[("v", 1.0)]), "parameters .*: a mapping of names"),
+        (
+            lambda: WRONG.JetConstraint(lambda jet: jet.v, parameters={1: 2.0}),
+            "parameters {1: 2.0}: a mapping of names",
+        ),
+        (lambda: sm.JetConstraint(lambda jet: jet.v, at=np.datetime64("2020-01-01")), "at: dates or durations"),
+        (lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: jet.place("abc"))]), "body point: a str is no array"),
+        (lambda: WRONG.energies.EnergySum((sm.Rigidity(),)), "sum of energies: Rigidity.*: pairs of a weight"),
+        (lambda: WRONG.energies.EnergySum(((1.0, 3),)), r"sum of energies: \(1.0, 3\): pairs of a weight"),
     ],
 )
 def test_bad_input_names_the_argument(make, message):

@@ -46,6 +46,58 @@ def test_a_format_of_ones_own_is_a_row(tmp_path):
         sm.read_keyframes(tmp_path / "a.pts", node="hip", formats=table)
 
 
+def own(read: Any = None, write: Any = None, holds: Any = "keyframes") -> Any:  # Any: what is wrong too
+    return [Format("own", ("own",), holds, "one's own", read, write)]
+
+
+@pytest.mark.parametrize("answer", [None, 3, MOTION, {"a": 1}], ids=lambda x: type(x).__name__)
+def test_a_reader_that_reads_something_else(tmp_path, answer):
+    with pytest.raises(sm.InputError, match=f"a.own: own reads a {type(answer).__name__}: Keyframes is needed"):
+        sm.read_keyframes(tmp_path / "a.own", formats=own(lambda path: answer))
+
+
+def test_readers_and_writers_that_fail_name_the_file(tmp_path):
+    def fail(*_):
+        raise KeyError("time")
+
+    def fail_midway(keys, path):
+        Path(path).write_text("half")
+        fail()
+
+    with pytest.raises(sm.InputError, match=r"a.own: cannot be read as own: KeyError: 'time'"):
+        sm.read_keyframes(tmp_path / "a.own", formats=own(fail))
+    with pytest.raises(sm.InputError, match=r"a.own: cannot be read as own: FileNotFoundError: .*a.own"):
+        sm.read_keyframes(tmp_path / "a.own", formats=own(read_points))
+    for before in (False, True):
+        if before:
+            (tmp_path / "a.own").write_text("as it was")
+        with pytest.raises(sm.InputError, match=r"a.own: cannot be written as own: KeyError: 'time'"):
+            sm.write_keyframes(KEYS, tmp_path / "a.own", formats=own(None, fail_midway))
+        assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("a.own", "as it was")] * before
+
+
+def test_what_is_written_beside_the_file_comes_with_it(tmp_path):
+    def write(keys, path):
+        Path(path).write_text("main")
+        Path(path).with_suffix(".bin").write_text("beside")
+
+    sm.write_keyframes(KEYS, tmp_path / "a.own", formats=own(None, write))
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.own": "main", "a.bin": "beside"}
+    with pytest.raises(sm.InputError, match="there is no directory"):
+        sm.write_keyframes(KEYS, tmp_path / "b" / "a.own", formats=own(None, write))
+
+
+def test_what_is_no_motion_or_no_table(tmp_path):
+    with pytest.raises(sm.InputError, match="a Keyframes is no motion"):
+        sm.write_motion(KEYS, tmp_path / "m.own", formats=own(None, write_points, "motion"))  # pyright: ignore[reportArgumentType]
+    for formats in (POINTS, [3], 3, None):
+        with pytest.raises(sm.InputError, match=r"formats .*: a table is needed"):
+            sm.read_keyframes(tmp_path / "a.pts", formats=formats)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(sm.InputError, match="format a: a function that reads it"):
+        Format("a", ("a",), "keyframes", "", 3)  # pyright: ignore[reportArgumentType]
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("holds", ["motion", "scene"])
 def test_every_scene_goes_to_its_own_writer(tmp_path, holds):
     told = []

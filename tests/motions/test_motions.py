@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 from problems import body_points
@@ -5,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import symmotion as sm
 
+WRONG: Any = sm  # what a type checker would refuse
 RNG = np.random.default_rng(1)
 
 
@@ -95,6 +98,11 @@ EYES = np.stack([np.eye(3)] * 3)
         (lambda: sm.Keyframes.parametrised(EYES, method="arc"), "'arc' is unknown; there are uniform"),
         (lambda: sm.Keyframes.parametrised(EYES, points=np.zeros((2, 2))), r"\(P, 3\)"),
         (lambda: sm.Keyframes([0, 1, 2], EYES).moved(3), "keyframe 3 does not exist"),
+        (lambda: WRONG.Keyframes([0, 1, 2], EYES).moved("a"), "keyframe 'a' does not exist"),
+        (lambda: WRONG.Keyframes([0, 1, 2], EYES).moved(1.0, EYES[0]), "keyframe 1.0 does not exist"),
+        (lambda: sm.Keyframes([0, 1, 2], EYES).moved(0, [1.0, 2.0, 3.0]), r"linear of shape \(3,\): finite, \(3, 3\)"),
+        (lambda: sm.Keyframes([0, 1, 2], EYES).moved(0, 0.0), r"linear of shape \(\): finite, \(3, 3\)"),
+        (lambda: sm.Keyframes([0, 1, 2], EYES).moved(0, translation=1.0), r"translation of shape \(\): finite, \(3,\)"),
         (lambda: sm.Keyframes([0, 1, 2], 2 * EYES).rotations(), "position 0 is not rigid"),
         (lambda: sm.Keyframes([0, 1, 2], -EYES).rotations(), "position 0 is reflected"),
         (lambda: sm.Keyframes([0, 1, 2], -EYES).require_orientation("this"), "keyframe 0 is reflected"),
@@ -108,6 +116,11 @@ EYES = np.stack([np.eye(3)] * 3)
 def test_bad_input_names_the_culprit(make, message):
     with pytest.raises(sm.InputError, match=message):
         make()
+
+
+def test_a_keyframe_moves_to_a_rotation():
+    keys = sm.examples.random_keyframes(4, 60, seed=3)
+    np.testing.assert_allclose(keys.moved(-1, keys.rotations()[1]).linear[3], keys.linear[1], atol=1e-15)
 
 
 def test_random_keyframes_turn_by_the_angle_asked_for():

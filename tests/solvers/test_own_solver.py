@@ -58,3 +58,30 @@ def test_its_limits_are_those_of_all_solvers():
     assert TrustRegion(callback=lambda row: True).solve(PROGRAM).status == "stopped"
     with pytest.raises(sm.InputError, match="time_limit -1: a positive number"):
         TrustRegion(time_limit=-1)
+
+
+def test_what_is_no_program_point_or_answer_is_refused_by_name():
+    wrong: Any = sm
+    program = sm.affine_program(sm.examples.random_keyframes(4, 60, 1))
+    solution = sm.ExactNewton().solve(program)
+
+    class Silent:
+        tolerance, max_iterations = 1e-8, 1
+
+        def solve(self, program, start=None):
+            return None
+
+    for make, message in (
+        (lambda: wrong.ExactNewton().solve(None), "program of type NoneType"),
+        (lambda: wrong.Ipopt().solve("x"), "program of type str"),
+        (lambda: wrong.compare(3), "program of type int"),
+        (lambda: wrong.compare(program, [Silent()]), "returns a NoneType: a Solution is needed"),
+        (lambda: sm.certify(program, solution.x[:3], solution.multiplier_vector), r"x of shape \(3,\)"),
+        (lambda: wrong.certify(program, solution.x, None), "multipliers: a NoneType"),
+        (lambda: wrong.certify(None, solution.x, solution.multiplier_vector), "program of type NoneType"),
+        (lambda: wrong.certify(program, solution.x, solution.multiplier_vector).holds("x"), "tolerance 'x'"),
+        (lambda: wrong.ExactNewton().solve(program).require("x"), "tolerance 'x'"),
+        (lambda: wrong.answers.keyframe_prices(None), "solution of type NoneType"),
+    ):
+        with pytest.raises(sm.InputError, match=message):
+            make()

@@ -75,7 +75,7 @@ class Interpolant:
 
         Raises InputError outside the domain and for a derivative that is not to be had.
         """
-        t, d = np.asarray(t, dtype=float), self.dimension
+        t, d = numbers(t, "times"), self.dimension
         if nu < 0 or (self.highest is not None and nu > self.highest):
             raise InputError(f"derivative order {nu} of {self.name}: 0 to {self.highest or 'any'} can be had")
         a, b = self.domain

@@ -64,7 +64,7 @@ class SegmentCurve:
         return float(self.times[0]), float(self.times[-1])
 
     def _place(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        t = np.asarray(t, dtype=float)
+        t = numbers(t, "times")
         a, b = self.domain
         if not ((t >= a) & (t <= b)).all():
             raise InputError(f"times must lie in the domain [{a:g}, {b:g}]")

@@ -5,7 +5,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import choice
+from symmotion.checks import choice, numbers
 from symmotion.errors import InputError
 from symmotion.motions.rotations import UNIT_TOLERANCE as UNIT_TOLERANCE
 from symmotion.motions.rotations import as_quaternions as as_quaternions
@@ -114,7 +114,7 @@ def increments_between(q: np.ndarray, turns: ArrayLike | None = None, what: str 
     plain = log(product(conjugate(q[:-1]), q[1:]))
     if turns is None:
         return plain
-    turns = np.asarray(turns)
+    turns = numbers(turns, "turns")
     if turns.shape != (len(q) - 1,) or (turns != np.round(turns)).any():
         raise InputError(f"turns of shape {turns.shape}: a whole number per interval, ({len(q) - 1},), is needed")
     size = np.linalg.norm(plain, axis=1)

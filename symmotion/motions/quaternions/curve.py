@@ -221,7 +221,7 @@ class QuaternionMotion:
         """
         if order not in (0, 1, 2, 3):
             raise InputError(f"order {order!r}: 0 to 3 is needed")
-        t = np.asarray(t, dtype=float)
+        t = numbers(t, "times")
         if not np.isfinite(t).all():
             raise InputError("times must be finite")
         q, rates = evaluate(self.basis, self.table, t.ravel(), order, checked_frame(frame) == "world")
