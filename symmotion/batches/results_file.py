@@ -162,12 +162,16 @@ def _solution(record: dict[str, Parsed], program: Program) -> Solution:
         Status(record["status"]),
         _unpacked(record["x"]),
         _unpacked(record["multipliers"]),
-        Certificate(**{key: _number(value) for key, value in record["certificate"].items()}),
+        _certificate(record["certificate"]),
         record["tolerance"],
         tuple(Iteration(*map(_number, row)) for row in record["log"]),
         Seconds(**record["seconds"]),
         record["message"],
     )
+
+
+def _certificate(record: dict[str, Parsed]) -> Certificate:
+    return Certificate(**{**{key: _number(value) for key, value in record.items()}, "weak": tuple(record["weak"])})
 
 
 def _plain(value: object) -> object:
@@ -177,7 +181,7 @@ def _plain(value: object) -> object:
 
 def _number(value: Parsed) -> Parsed:
     """What `_plain` was given."""
-    return float(value) if value in ("nan", "inf", "-inf") else value
+    return float(value) if isinstance(value, str) and value in ("nan", "inf", "-inf") else value
 
 
 def _packed(array: np.ndarray) -> str:

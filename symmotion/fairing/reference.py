@@ -71,10 +71,7 @@ def _worse(one: Certificate | None, other: Certificate) -> Certificate:
     """The larger of every figure of two certificates."""
     if one is None:
         return other
-    ranks = ("positive", "unknown", "indefinite")
-    return replace(
-        other,
-        stationarity=max(one.stationarity, other.stationarity),
-        violation=max(one.violation, other.violation),
-        inertia=max(one.inertia, other.inertia, key=ranks.index),
-    )
+    ranks = ("positive", "flat", "unknown", "indefinite")
+    figures = ("stationarity", "violation", "decrement", "complementarity", "rounding", "mismatch", "missed", "pressing")
+    worst = {name: max(getattr(one, name), getattr(other, name)) for name in figures}
+    return replace(other, **worst, inertia=max(one.inertia, other.inertia, key=ranks.index))

@@ -82,7 +82,7 @@ class Player:
 class Run:
     """One solver on one case: a row of the report, also where it failed.
 
-    stationarity, violation, inertia: the certificate's; unknowns, multipliers: how many;
+    stationarity, violation, decrement, complementarity, inertia: the certificate's; unknowns, multipliers: how many;
     log: the iterations, for plots; message: what the solver said where it did not solve.
     """
 
@@ -93,6 +93,8 @@ class Run:
     objective: float | None = None
     stationarity: float | None = None
     violation: float | None = None
+    decrement: float | None = None
+    complementarity: float | None = None
     inertia: str = "unknown"
     iterations: int | None = None
     unknowns: int | None = None
@@ -113,6 +115,8 @@ class Run:
             solution.objective,
             solution.stationarity,
             solution.violation,
+            solution.certificate.decrement,
+            solution.certificate.complementarity,
             solution.inertia,
             solution.iterations if solution.log else None,
             solution.program.unknowns,

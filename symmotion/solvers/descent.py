@@ -134,7 +134,7 @@ def descend(course: Course, theta: float) -> tuple[Failure | None, bool]:
             factor, least, fell = _convexified(course, point, theta)
             if factor is None:
                 ending = Status.FAILED, "the saddle system is singular: conditions are redundant or contradict"
-            elif course.settled(point, factor) and exact:
+            elif course.settled(point, factor):
                 outward = course.outward(point)
                 settled = outward is None
             if outward is None or course.corrects:

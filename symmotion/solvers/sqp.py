@@ -3,7 +3,7 @@
 import numpy as np
 
 from symmotion.program import Evaluator
-from symmotion.solvers.descent import Enough, Point, largest, shifted, tenfold
+from symmotion.solvers.descent import CLEARLY, Enough, Point, largest, shifted, tenfold
 from symmotion.solvers.journal import Journal
 from symmotion.solvers.solution import Iteration
 from symmotion.systems import AnyFactor, Saddle
@@ -76,7 +76,7 @@ class Curved:
         missed = largest(self._violation / np.where(reach > 0, reach, 1.0))
         residual = point.gradient + jacobian.T @ self.multipliers
         mismatch = largest(unit * (jacobian.T @ (self._wanted - self.multipliers)))
-        tolerance = self._enough.tolerance
+        tolerance = CLEARLY * self._enough.tolerance
         return (
             missed <= tolerance
             and mismatch <= tolerance * largest(unit * point.gradient)

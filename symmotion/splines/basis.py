@@ -10,6 +10,9 @@ from symmotion.checks import numbers, read_only, whole
 from symmotion.errors import InputError
 from symmotion.values import value
 
+# By how much a time may miss an end of the domain, relative: sums of steps do.
+ROUNDING = 4 * float(np.finfo(float).eps)
+
 
 @value
 class BSplineBasis:
@@ -97,14 +100,19 @@ class BSplineBasis:
         return windows.mean(axis=1)[: self.n]
 
     def spans(self, t) -> np.ndarray:
-        """(N,) index k of the span [knots[k], knots[k+1]) that holds each t; the right end counts to the last span."""
+        """(N,) index k of the span [knots[k], knots[k+1]) that holds each t; the right end counts to the last span.
+
+        A time that misses an end of the domain by its rounding counts to the span there, and is evaluated as it is.
+        """
         t = np.asarray(t, dtype=float)
         a, b = self.domain
-        inside = (t >= a) & (t <= b)
+        slack = ROUNDING * max(abs(a), abs(b))
+        inside = (t >= a - slack) & (t <= b + slack)
         if not inside.all():
             raise InputError(f"parameter {t[~inside].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
+        first = int(np.searchsorted(self.knots, a, side="right")) - 1
         last = int(np.searchsorted(self.knots, b, side="left")) - 1
-        return np.minimum(np.searchsorted(self.knots, t, side="right") - 1, last)
+        return np.clip(np.searchsorted(self.knots, t, side="right") - 1, first, last)
 
     def local(self, t, nu: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """The degree + 1 functions that can differ from zero at each t, and their nu-th derivatives.

@@ -76,8 +76,9 @@ def solution_html(solution: Solution) -> str:
     c = solution.certificate
     facts: list[tuple[str, Cell]] = [
         ("objective", shown(c.objective, 9)),
-        ("stationarity", f"{shown(c.stationarity, 3)} (tolerance {shown(solution.tolerance * c.scale, 3)})"),
-        ("violation", f"{shown(c.violation, 3)} (tolerance {shown(solution.tolerance * c.size, 3)})"),
+        ("decrement", shown(c.decrement, 3)),
+        ("stationarity", shown(c.stationarity, 3)),
+        ("violation", shown(c.violation, 3)),
         ("inertia", c.inertia),
         ("iterations", solution.iterations if solution.log else None),
         ("seconds", shown(solution.seconds.total or None, 3)),

@@ -118,10 +118,6 @@ def _plot_convergence(solutions: Sequence[Solution], axes: Axes | None) -> Axes:
             # Of one method with other options: in its colour, but apart.
             line.set_linestyle(("-", "--", ":")[min(methods[:k].count(methods[k]), 2)])
             line.set_markevery(max(1, len(np.atleast_1d(line.get_ydata())) // MOST_MARKERS))
-        limits = [s.tolerance * s.certificate.scale for s in solutions if np.isfinite(s.certificate.stationarity)]
-        # Each has its own, as it stands at its own point: one line where they are much the same.
-        if limits and max(limits) < 2 * min(limits):
-            target.axhline(min(limits), color=INK, linewidth=0.8, linestyle=":", label="tolerance")
         if not any(s.log for s in solutions):
             target.set_xticks([])
             target.set_yticks([])

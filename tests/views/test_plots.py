@@ -382,16 +382,14 @@ def test_multipliers_are_as_high_as_the_prices(comparison):
     assert axes.get_xlabel() == "keyframe" and axes.get_ylim()[0] == 0
 
 
-def test_convergence_is_as_logged_beside_the_tolerance(comparison):
+def test_convergence_is_as_logged(comparison):
     axes = comparison.plot()
-    *lines, tolerance = axes.lines
+    lines = axes.lines
     for line, solution in zip(lines, comparison.solutions, strict=True):
         logged = np.array([i.stationarity for i in solution.log])
         np.testing.assert_array_equal(line.get_ydata(), np.where(logged > 0, logged, np.nan))
-    scales = [s.tolerance * s.certificate.scale for s in comparison.solutions]
-    assert tolerance.get_ydata()[0] == min(scales)
     assert axes.get_yscale() == "log"
-    assert axes.get_legend_handles_labels()[1] == ["newton", "ipopt", "elimination", "tolerance"]
+    assert axes.get_legend_handles_labels()[1] == ["newton", "ipopt", "elimination"]
     assert len({line.get_marker() for line in lines}) == 3
 
 
