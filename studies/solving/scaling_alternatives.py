@@ -18,6 +18,9 @@ from symmotion.solvers import Iteration, Seconds, Status, conclude
 ENTRIES = 9  # of a control matrix in space, the channels of the problem
 NODES = 6  # Gauss nodes per span: exact for the integrand of degree 10 of a cubic
 
+# Their own tests of convergence against the certificate's, which does not depend on units; as of `Ipopt`.
+FINER = 1e-4
+
 
 @dataclass(frozen=True, eq=False)
 class Answer:
@@ -135,7 +138,7 @@ class OptiIpopt:
         opti.subject_to(ca.vec(conditions) == 0)
         opti.set_initial(X, tables.start)
         options = {"expand": self.symbols == "SX", "print_time": False, "record_time": True}
-        opti.solver("ipopt", options, {"print_level": 0, "sb": "yes", "tol": self.tolerance})
+        opti.solver("ipopt", options, {"print_level": 0, "sb": "yes", "tol": FINER * self.tolerance})
         built = perf_counter()
         try:
             values: Any = opti.solve()
@@ -178,8 +181,8 @@ class Sqpmethod:
             "qpsol": self.qp,
             "qpsol_options": quiet,
             "max_iter": self.max_iterations,
-            "tol_du": self.tolerance,
-            "tol_pr": self.tolerance,
+            "tol_du": FINER * self.tolerance,
+            "tol_pr": FINER * self.tolerance,
             "error_on_fail": False,
         }
         return _solve_with("sqpmethod", program, {**silent, **options})
@@ -242,7 +245,7 @@ class TrustConstr:
             hess=lambda point: sparse.csr_matrix(curvature(point).sparse()),
             method="trust-constr",
             constraints=[LinearConstraint(operator, targets, targets)],
-            options={"gtol": self.tolerance, "xtol": 1e-14, "maxiter": self.max_iterations},
+            options={"gtol": FINER * self.tolerance, "xtol": 1e-17, "maxiter": self.max_iterations},
         )
         seconds = Seconds(built - began, compiled - built, perf_counter() - compiled)
         said = "" if result.status in (1, 2) else str(result.message)

@@ -52,7 +52,7 @@ class Fatrop:
             "structure_detection": "auto",
             "equality": [True] * conditions.numel(),
             "print_time": False,
-            "fatrop": {"print_level": 0, "tol": self.tolerance},
+            "fatrop": {"print_level": 0, "tol": 1e-4 * self.tolerance},
         }
         solver = ca.nlpsol("solver", "fatrop", {"x": x, "f": ca.sum2(cost), "g": conditions}, options)
         compiled = perf_counter()

@@ -39,6 +39,7 @@ class NoInversion(MotionConstraint):
     name: str = "no inversion"
 
     def __post_init__(self):
+        super().__post_init__()
         checks.number(self.least, f"{self.name}: least")
 
     def stated(self, setting: Setting) -> JetConstraint:
@@ -61,6 +62,7 @@ class SpeedBound(MotionConstraint):
     name: str = "speed"
 
     def __post_init__(self):
+        super().__post_init__()
         checks.positive(self.limit, f"{self.name}: limit")
 
     def stated(self, setting: Setting) -> JetConstraint:
@@ -84,6 +86,7 @@ class RateBound(MotionConstraint):
     name: str = "rate bound"
 
     def __post_init__(self):
+        super().__post_init__()
         checks.positive(self.limit, "bound on the rate:")
 
     def stated(self, setting: Setting) -> JetConstraint:
@@ -99,6 +102,7 @@ class AccelerationBound(MotionConstraint):
     name: str = "acceleration bound"
 
     def __post_init__(self):
+        super().__post_init__()
         checks.positive(self.limit, "bound on the acceleration:")
 
     def stated(self, setting: Setting) -> JetConstraint:
@@ -118,6 +122,7 @@ class TorqueBound(MotionConstraint):
     name: str = "torque bound"
 
     def __post_init__(self):
+        super().__post_init__()
         checks.positive(self.limit, "bound on the torque:")
 
     def stated(self, setting: Setting) -> JetConstraint:

@@ -9,47 +9,54 @@ from symmotion.splines import BSplineBasis
 
 
 def carried(motion: QuaternionMotion, basis: BSplineBasis, channels: int = 4) -> tuple[QuaternionMotion, ControlSpace]:
-    """A quaternion curve over another basis, to high order in the knot spacing: q_j = q(τ_j) exp(Ω̇ e_2/…  + Ω̈ e_3/…).
-
-    τ_j is the knot average; e_2, e_3 are symmetric functions of the knots about it: on a single
-    axis that is the blossom, exact for cubics.
-    """
-    where = basis.greville
-    p = basis.degree
-    windows = np.lib.stride_tricks.sliding_window_view(basis.knots[1:-1], p)[: basis.n] - where[:, None]
-    s2, s3 = (windows**2).sum(axis=1), (windows**3).sum(axis=1)
-    # Newton's identities for deviations that sum to zero.
-    e2, e3 = -s2 / 2, s3 / 3
-    at = where
-    a, b = motion.domain
-    if basis.periodic:
-        at = a + (where - a) % (b - a)
-    jet = motion.jet(np.clip(at, a, b), 3)
-    pairs, triples = p * (p - 1) / 2, p * (p - 1) * (p - 2) / 6
-    shift = jet.acceleration / 4 * (e2 / pairs)[:, None]
-    if p > 2:
-        shift += jet.jerk / 12 * (e3 / triples)[:, None]
-    controls = product(jet.quaternion, exp(shift))
-    # The turn between knot averages, from the rate: it chooses the branch of the logarithm.
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    ends = np.append(where, where[:1] + (b - a)) if basis.periodic else where
-    middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
-    t = middle[:, None] + half[:, None] * nodes
-    t = a + (t - a) % (b - a) if basis.periodic else np.clip(t, a, b)
-    way = np.einsum("ekm,k,e->em", motion.rate(t), weights / 2, half)
-    ways = np.zeros((basis.n, 3))
-    if basis.periodic:
-        ways = np.roll(way, 1, axis=0)
-    else:
-        ways[1:] = way
+    """A quaternion curve over another basis, to high order in the knot spacing; see `blossomed`."""
+    controls, ways = blossomed(motion, basis), ways_between(motion, basis)
+    # The ways choose the branch of the logarithm, and with it the signs.
     cosine = np.sum(product(controls[:-1], exp(ways[1:])) * controls[1:], axis=1)
     controls = controls * np.concatenate([[1.0], np.cumprod(np.where(cosine < 0, -1.0, 1.0))])[:, None]
     space = ControlSpace.of(basis, controls, ways, channels)
     result = motion_of(space, controls)
     # The first control of a closed curve lies before its beginning, from where the sign may differ.
-    if result(a) @ motion(a) < 0:
+    start = motion.domain[0]
+    if result(start) @ motion(start) < 0:
         result = QuaternionMotion(basis, -result.control_points, result.increments)
     return result, space
+
+
+def blossomed(motion: QuaternionMotion, basis: BSplineBasis) -> np.ndarray:
+    """(n, 4) controls q_j = q(τ_j) exp(Ω̇ e_2/… + Ω̈ e_3/…) with τ_j the knot averages.
+
+    e_2, e_3 are symmetric functions of the knots about τ_j: on a single axis that is the blossom, exact for cubics.
+    """
+    p, where = basis.degree, basis.greville
+    windows = np.lib.stride_tricks.sliding_window_view(basis.knots[1:-1], p)[: basis.n] - where[:, None]
+    s2, s3 = (windows**2).sum(axis=1), (windows**3).sum(axis=1)
+    # Newton's identities for deviations that sum to zero.
+    e2, e3 = -s2 / 2, s3 / 3
+    jet = motion.jet(_within(motion, where, basis.periodic), 3)
+    pairs, triples = p * (p - 1) / 2, p * (p - 1) * (p - 2) / 6
+    shift = jet.acceleration / 4 * (e2 / pairs)[:, None]
+    if p > 2:
+        shift += jet.jerk / 12 * (e3 / triples)[:, None]
+    return product(jet.quaternion, exp(shift))
+
+
+def ways_between(motion: QuaternionMotion, basis: BSplineBasis) -> np.ndarray:
+    """(n, 3) half-angle vectors of the turns to the knot averages from those before, by the rate; zero to the first."""
+    where = basis.greville
+    a, b = motion.domain
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    ends = np.append(where, where[:1] + (b - a)) if basis.periodic else where
+    middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
+    t = _within(motion, middle[:, None] + half[:, None] * nodes, basis.periodic)
+    way = np.einsum("ekm,k,e->em", motion.rate(t), weights / 2, half)
+    return np.roll(way, 1, axis=0) if basis.periodic else np.concatenate([np.zeros((1, 3)), way])
+
+
+def _within(motion: QuaternionMotion, t: np.ndarray, periodic: bool) -> np.ndarray:
+    """Times brought into the domain: around it, or to its ends."""
+    a, b = motion.domain
+    return a + (t - a) % (b - a) if periodic else np.clip(t, a, b)
 
 
 def motion_of(space: ControlSpace, controls: np.ndarray) -> QuaternionMotion:

@@ -216,7 +216,8 @@ def _by_least_squares(task: _Task, target: float | None, weight: float | None, r
 
 
 def _bounded(task: _Task, tolerance: float | np.ndarray | None, region: object) -> _Found:
-    return _solved(task, Ipopt(), _program(task, region, tolerance=tolerance))
+    # G falls to next to nothing, of which an interior point has fewer digits.
+    return _solved(task, Ipopt(tolerance=1e-6), _program(task, region, tolerance=tolerance))
 
 
 def _program(

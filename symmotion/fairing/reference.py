@@ -72,6 +72,7 @@ def _worse(one: Certificate | None, other: Certificate) -> Certificate:
     if one is None:
         return other
     ranks = ("positive", "flat", "unknown", "indefinite")
-    figures = ("stationarity", "violation", "decrement", "complementarity", "rounding", "mismatch", "missed", "pressing")
+    shown = ("stationarity", "violation", "decrement", "complementarity")
+    figures = (*shown, "rounding", "mismatch", "missed", "pressing")
     worst = {name: max(getattr(one, name), getattr(other, name)) for name in figures}
     return replace(other, **worst, inertia=max(one.inertia, other.inertia, key=ranks.index))

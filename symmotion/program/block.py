@@ -72,7 +72,10 @@ class Block:
 
     def sizes(self, controls: np.ndarray) -> np.ndarray:
         """(E · Q, rows · channels) the absolute values that `rows` sums up, from those of the controls."""
-        return (abs(self.operator) @ controls[:, self.channels]).reshape(self.count, -1)
+        o = self.operator
+        # Made of its arrays: `abs` would leave notes in the operator, which is sent to other processes.
+        sizes = sparse.csr_array((np.abs(o.data), o.indices, o.indptr), shape=o.shape)
+        return (sizes @ controls[:, self.channels]).reshape(self.count, -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,34 +100,48 @@ class LocalTables:
     @staticmethod
     def of(block: Block, operator: sparse.csr_array) -> "LocalTables":
         """The tables of a block for its operator, or for its operator times a null-space basis."""
-        e, q, r = block.elements, block.nodes, block.kernel.rows
-        coo = operator.tocoo()
-        owner = coo.coords[0] // (q * r)
-        keys, position = np.unique(owner.astype(np.int64) * operator.shape[1] + coo.coords[1], return_inverse=True)
-        key_owner, key_column = np.divmod(keys, operator.shape[1])
-        first = np.searchsorted(key_owner, np.arange(e))
-        rank = np.arange(len(keys)) - first[key_owner]
-        k = int(rank.max()) + 1 if len(rank) else 0
-        # Elements that read fewer columns repeat their last one with coefficient zero.
-        last = np.r_[first[1:], len(keys)] - 1
-        columns = np.repeat(np.where(last >= first, np.append(key_column, 0)[last], 0)[:, None], k, axis=1)
-        columns[key_owner, rank] = key_column
-        coefficients = np.zeros((e, q * r, k))
-        coefficients[owner, coo.coords[0] % (q * r), rank[position]] = coo.data
-        coefficients = coefficients.reshape(e, q, r, k)
-        pairs = np.stack(np.triu_indices(k))
-        products = None
-        if block.variable != WHOLE:
-            weighted = block.weights.reshape(e, q, 1, 1) * coefficients
-            products = np.einsum("eqap,eqbp->epqab", weighted[..., pairs[0]], coefficients[..., pairs[1]])
-            products = np.ascontiguousarray(products.reshape(e, pairs.shape[1], q * r * r))
-        ends = columns[:, pairs].transpose(0, 2, 1).reshape(-1, 2)
-        block_keys, place = np.unique(ends[:, 0].astype(np.int64) * operator.shape[1] + ends[:, 1], return_inverse=True)
-        count = len(place)
-        gather = sparse.csr_array((np.ones(count), (place, np.arange(count))), shape=(len(block_keys), count))
-        return LocalTables(
-            columns, coefficients, pairs, products, np.stack(np.divmod(block_keys, operator.shape[1])), gather
-        )
+        columns, coefficients = _dense(block, operator)
+        pairs = np.stack(np.triu_indices(columns.shape[1]))
+        products = None if block.variable == WHOLE else _products(block, coefficients, pairs)
+        blocks, gather = _summed(columns, pairs, operator.shape[1])
+        return LocalTables(columns, coefficients, pairs, products, blocks, gather)
+
+
+def _dense(block: Block, operator: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
+    """The columns (E, K) of an operator that each element reads, and the coefficients (E, Q, rows, K) there."""
+    e, q, r = block.elements, block.nodes, block.kernel.rows
+    coo = operator.tocoo()
+    owner = coo.coords[0] // (q * r)
+    keys, position = np.unique(owner.astype(np.int64) * operator.shape[1] + coo.coords[1], return_inverse=True)
+    key_owner, key_column = np.divmod(keys, operator.shape[1])
+    first = np.searchsorted(key_owner, np.arange(e))
+    rank = np.arange(len(keys)) - first[key_owner]
+    k = int(rank.max()) + 1 if len(rank) else 0
+    # Elements that read fewer columns repeat their last one with coefficient zero.
+    last = np.r_[first[1:], len(keys)] - 1
+    columns = np.repeat(np.where(last >= first, np.append(key_column, 0)[last], 0)[:, None], k, axis=1)
+    columns[key_owner, rank] = key_column
+    coefficients = np.zeros((e, q * r, k))
+    coefficients[owner, coo.coords[0] % (q * r), rank[position]] = coo.data
+    return columns, coefficients.reshape(e, q, r, k)
+
+
+def _products(block: Block, coefficients: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """(E, pairs, Q · rows²) the weighted products of the coefficients of each pair of local columns."""
+    weighted = block.weights.reshape(*coefficients.shape[:2], 1, 1) * coefficients
+    products = np.einsum("eqap,eqbp->epqab", weighted[..., pairs[0]], coefficients[..., pairs[1]])
+    return np.ascontiguousarray(
+        products.reshape(*products.shape[:2], np.prod(coefficients.shape[1:3]) * block.kernel.rows)
+    )
+
+
+def _summed(columns: np.ndarray, pairs: np.ndarray, n: int) -> tuple[np.ndarray, sparse.csr_array]:
+    """The different pairs (2, B) of n global columns, and (B, E · pairs) what sums the elements' blocks of each."""
+    ends = columns[:, pairs].transpose(0, 2, 1).reshape(-1, 2)
+    keys, place = np.unique(ends[:, 0].astype(np.int64) * n + ends[:, 1], return_inverse=True)
+    count = len(place)
+    gather = sparse.csr_array((np.ones(count), (place, np.arange(count))), shape=(len(keys), count))
+    return np.stack(np.divmod(keys, n)), gather
 
 
 class BlockEvaluator:

@@ -82,7 +82,8 @@ class Player:
 class Run:
     """One solver on one case: a row of the report, also where it failed.
 
-    stationarity, violation, decrement, complementarity, inertia: the certificate's; unknowns, multipliers: how many;
+    stationarity, violation, decrement, complementarity, inertia: the certificate's; excess: of bounds between their
+        samples, None since that is not looked at; unknowns, multipliers: how many;
     log: the iterations, for plots; message: what the solver said where it did not solve.
     """
 
@@ -95,6 +96,7 @@ class Run:
     violation: float | None = None
     decrement: float | None = None
     complementarity: float | None = None
+    excess: float | None = None
     inertia: str = "unknown"
     iterations: int | None = None
     unknowns: int | None = None
@@ -117,6 +119,7 @@ class Run:
             solution.violation,
             solution.certificate.decrement,
             solution.certificate.complementarity,
+            None,
             solution.inertia,
             solution.iterations if solution.log else None,
             solution.program.unknowns,

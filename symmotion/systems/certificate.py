@@ -196,7 +196,9 @@ class _Inspection:
         unseen = SLOPPY * EPS * sums
         missed = np.where(np.abs(violation) <= unseen, 0.0, np.abs(violation) / self.reach)
         slack = self.press * np.minimum(self.slack, 1.0)
-        weight = max(abs(objective), float(self.press.max(initial=0.0))) or 1.0
+        # The minimum may be next to nothing: what counts is what the objective is like elsewhere, too.
+        start = 0.0 if program.equalities_only else abs(evaluator.objective(program.x0))
+        weight = max(abs(objective), start, float(self.press.max(initial=0.0))) or 1.0
         names = [c.name for c in program.constraints for _ in range(c.size)]
         return Certificate(
             objective=objective,
@@ -222,12 +224,16 @@ class _Inspection:
         identity = system.on_diagonal(self.program.unit) ** -2.0
         top = float(np.abs(hessian[system.diagonal] / identity).max(initial=0.0)) or 1.0
         shift = LEAST_SHIFT
-        while factor is None and shift <= MOST_SHIFT:
+        while factor is None and inertia != "positive" and shift <= MOST_SHIFT:
             shifted[system.diagonal] += shift * top * identity
             factor, shift = system.factorise(shifted), 10 * shift
-        if factor is None:
+        if factor is not None:
+            step = system.step(factor, residual)
+        elif inertia == "positive" and isinstance(system, Saddle):
+            # What is factorised for the steps does not pivot, and may fail where the matrix is regular.
+            step = system.pivoted_step(hessian, residual)
+        else:
             return inertia, float("nan")
-        step = system.step(factor, residual)
         return inertia, max(0.0, -0.5 * float(residual @ step))
 
     def _weakened(self, direction: np.ndarray | None) -> str:

@@ -191,6 +191,10 @@ class Saddle:
         """(unknowns,) the Newton step along the conditions."""
         return self.solve(factor, np.concatenate([-gradient, np.zeros(self.m)]))[: self.n]
 
+    def pivoted_step(self, flat: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+        """(unknowns,) the Newton step along the conditions by a factorisation with pivots, whatever the inertia."""
+        return splu(self.matrix(flat)).solve(np.concatenate([-gradient, np.zeros(self.m)]))[: self.n]
+
     def solve(self, factor: SaddleFactor, rhs: np.ndarray) -> np.ndarray:
         """(unknowns + conditions,) the solution of the saddle system, refined once."""
         exact, regular = factor

@@ -160,7 +160,7 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
         (lambda: sm.RateBound(0.0), "bound on the rate: 0.0: a positive number"),
         (lambda: sm.constraints.AccelerationBound(-1.0), "bound on the acceleration: -1.0"),
         (lambda: cast(Any, sm).constraints.TorqueBound("x"), "bound on the torque: 'x'"),
-        (lambda: program(cast(Any, sm).constraints.ExactSamples([[1], [2, 3]])), r"exact sample \[1\] does not exist"),
+        (lambda: program(cast(Any, sm).constraints.ExactSamples([[1], [2, 3]])), r"exact sample \(1,\) does not exist"),
         (lambda: Condition.at("x", [[0, 0, 0]]), "values: times: a str is no array"),
         (lambda: Condition.at([0.5, 0.6], [[0], [1, 2]]), "values: values: a list is no array"),
         (lambda: Condition.at([0.5], [[0, 0, 0]], order=None), "derivative order None"),

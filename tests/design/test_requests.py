@@ -460,7 +460,7 @@ def test_keyframes_that_are_none_are_refused(kind, form):
         (lambda: WRONG.JetConstraint(lambda jet: jet.v, parameters=[("v", 1.0)]), "parameters .*: a mapping of names"),
         (
             lambda: WRONG.JetConstraint(lambda jet: jet.v, parameters={1: 2.0}),
-            "parameters {1: 2.0}: a mapping of names",
+            "parameter 1: a name as of a variable",
         ),
         (lambda: sm.JetConstraint(lambda jet: jet.v, at=np.datetime64("2020-01-01")), "at: dates or durations"),
         (lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: jet.place("abc"))]), "body point: a str is no array"),
