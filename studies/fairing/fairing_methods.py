@@ -80,7 +80,7 @@ def _programs(n: int, net, sigma: float) -> list[Run]:
     if n <= 15:
         runs.append(Run.of(f"{n} × {n}, least squares, w = 1", sm.Ipopt().solve(quadratic)))
         bounded = fairing_program(net, tolerance=3 * sigma)
-        runs.append(Run.of(f"{n} × {n}, displacement ≤ 3σ", sm.Ipopt(tolerance=1e-6).solve(bounded)))
+        runs.append(Run.of(f"{n} × {n}, displacement ≤ 3σ", sm.Ipopt().solve(bounded)))
     return runs
 
 

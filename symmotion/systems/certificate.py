@@ -88,7 +88,8 @@ class Certificate:
         return ", ".join(found) + (f" (tolerance {tolerance:g})" if found else "")
 
 
-NOWHERE = Certificate(*[float("nan")] * 5, "unknown", mismatch=np.inf)
+NAN = float("nan")
+NOWHERE = Certificate(NAN, NAN, NAN, NAN, NAN, "unknown", mismatch=np.inf)
 
 
 def system_of(program: Program, evaluator: Evaluator, x: np.ndarray) -> AnySystem:
