@@ -21,6 +21,7 @@ from symmotion.design.question import (
     rates_at_ends,
     require_start,
     require_times,
+    require_volume,
 )
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
@@ -163,6 +164,7 @@ class AffineDesign:
 
     def program(self) -> "Program[AffineDesign]":
         """The program of this question."""
+        require_volume(self.objective, self.keyframes)
         start = {UNKNOWN: self._unknowns(self.start)}
         controls = self.start.control_points.copy()
         controls[:, : self.channels] = start[UNKNOWN] + self.origin[: self.channels]

@@ -22,6 +22,7 @@ from symmotion.design.question import (
     other_keyframes,
     rates_at_ends,
     require_start,
+    require_volume,
 )
 from symmotion.design.terms import as_objective, closed_expression, expression_of, kernel_of, nodes_for, parts_of
 from symmotion.energies import Energy
@@ -143,6 +144,7 @@ class FreeTimesDesign:
 
     def program(self) -> "Program[FreeTimesDesign]":
         """The program of this question."""
+        require_volume(self.objective, self.keyframes)
         motion = self._interpolant(self.keyframes)
         d = self.keyframes.dimension
         still = affine_space(motion.basis, d, d * d + d)

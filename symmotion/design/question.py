@@ -11,6 +11,7 @@ from symmotion.constraints import MotionConstraint, Setting
 from symmotion.constraints.keyframed import affine_rates
 from symmotion.design.independence import require_independent
 from symmotion.design.terms import distinct
+from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes, as_keyframes
 from symmotion.program import Block, Constraint, DesignT, Multipliers, Program
@@ -60,6 +61,20 @@ def other_keyframes(keyframes: object, old: Keyframes) -> Keyframes:
     if keys.dimension != old.dimension:
         raise InputError(f"keyframes in {keys.dimension}D for a program in {old.dimension}D")
     return keys
+
+
+def require_volume(objective: Energy, keys: Keyframes) -> None:
+    """InputError that names the keyframe where det A has vanished or changed sign, where an energy divides by it."""
+    for weight, energy in objective.parts:
+        if weight and energy.divides_by_volume:
+            volumes = np.linalg.det(keys.linear)
+            wrong = volumes * volumes[0] <= 0
+            if wrong.any():
+                i = int(np.argmax(wrong))
+                raise InputError(
+                    f"keyframe {i} has determinant {volumes[i]:.3g} and keyframe 0 {volumes[0]:.3g}: between them A is "
+                    f"singular, where {energy.name} is infinite; leave it out, or mend the keyframe"
+                )
 
 
 def require_start(motion: object, kind: type, dimension: int) -> None:

@@ -58,6 +58,11 @@ class Energy:
         return True
 
     @property
+    def divides_by_volume(self) -> bool:
+        """Whether the integrand has no value where det A vanishes, as between keyframes of both orientations."""
+        return False
+
+    @property
     def parts(self) -> "tuple[tuple[float, Energy], ...]":
         """The (weight, energy) pairs that this is the sum of."""
         return ((1.0, self),)
@@ -146,7 +151,7 @@ class JetEnergy(Energy):
     function: from a jet to a scalar φ, or, with `squares`, to a column of residuals whose
         sum of squares is φ (preferred where it exists: the solver then has a Gauss–Newton matrix).
     label: its name in programs and reports.
-    gauss_nodes: per span; when left out, as many as the quadrature error asks for.
+    gauss_nodes: per span; when left out, as many as the quadrature error asks for; six for quaternion curves.
 
         JetEnergy(lambda jet: jet.ddv, squares=True, label="acceleration of the origin")
     """

@@ -26,6 +26,10 @@ class StrainRate(Energy):
     def exact(self) -> bool:
         return False
 
+    @property
+    def divides_by_volume(self) -> bool:
+        return True
+
     def residuals(self, jet: Jet) -> ca.SX:
         gradient = jet.dA @ ca.inv_minor(jet.A)
         return _independent(gradient + gradient.T)
@@ -47,6 +51,10 @@ class StrainAcceleration(Energy):
     @property
     def exact(self) -> bool:
         return False
+
+    @property
+    def divides_by_volume(self) -> bool:
+        return True
 
     def residuals(self, jet: Jet) -> ca.SX:
         inverse = ca.inv_minor(jet.A)

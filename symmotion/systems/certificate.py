@@ -200,7 +200,6 @@ class _Inspection:
         # The minimum may be next to nothing: what counts is what the objective is like elsewhere, too.
         start = 0.0 if program.equalities_only else abs(evaluator.objective(program.x0))
         weight = max(abs(objective), start, float(self.press.max(initial=0.0))) or 1.0
-        names = [c.name for c in program.constraints for _ in range(c.size)]
         return Certificate(
             objective=objective,
             stationarity=float(np.abs(residual).max(initial=0.0)),
@@ -212,7 +211,7 @@ class _Inspection:
             mismatch=self._mismatch(gradient, residual, hessian),
             missed=float(missed.max(initial=0.0)),
             pressing=float(slack.max(initial=0.0)) / weight,
-            weak=tuple(dict.fromkeys(names[k] for k in np.flatnonzero(self.weak))),
+            weak=tuple(name for name, part in program.split(self.weak).items() if part.any()),
             degenerate=not (program.equalities_only and program.linear) and self.rows[1],
         )
 

@@ -45,9 +45,12 @@ def banded_curvature(lower: np.ndarray) -> Curvature:
     inside = columns < n
     below = np.where(inside, columns, 0)
     lower = np.where(inside, lower, 0.0)
-    rows = np.abs(lower).max(axis=0)
-    np.maximum.at(rows, below, np.abs(lower))
-    d = scaling(lower[0], rows)
+    # Of a matrix that may be positive definite no row has an entry larger than its diagonal allows.
+    d = 1.0 / np.sqrt(lower[0]) if (lower[0] > 0).all() else np.zeros(n)
+    if not d.any() or np.abs(lower * d * d[below]).max() > 1.0 + n * EPS:
+        rows = np.abs(lower).max(axis=0)
+        np.maximum.at(rows, below, np.abs(lower))
+        d = scaling(lower[0], rows)
     scaled = lower * d * d[below]
     rounding = n * EPS * float(np.abs(scaled).max())
     if _cholesky(scaled, -rounding)[1] == 0:
