@@ -133,8 +133,6 @@ def test_bad_input_names_the_culprit(make, message):
 @pytest.mark.parametrize("energy", [sm.StrainRate(), 0.1 * sm.StrainAcceleration() + sm.Rigidity()], ids=["S", "S*"])
 def test_keyframes_of_both_orientations_are_named_where_the_energy_divides_by_the_volume(program, energy):
     keys = sm.Keyframes([0, 1.0, 2.0], [np.eye(2), np.diag([-1.0, 1.0]), np.eye(2)], np.zeros((3, 2)))
-    with pytest.raises(
-        sm.InputError, match=r"^keyframe 1 has determinant -1 .* where S\*? is infinite"
-    ):
+    with pytest.raises(sm.InputError, match=r"^keyframe 1 has determinant -1 .* where S\*? is infinite"):
         program(keys, objective=energy)
     program(keys, objective=sm.Rigidity())  # which does not
