@@ -1,8 +1,6 @@
 """What Newton's method does whether the conditions are straight or curved: blend, convexify, step, and see an end."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from math import inf
 from typing import Protocol
 
 import numpy as np
@@ -167,37 +165,3 @@ def _convexified(course: Course, point: Point, theta: float) -> tuple[AnyFactor,
     if factor is None:
         factor = course.shifted(point.matrix)
     return factor, theta, falls
-
-
-def shifted(
-    course: Course, matrix: np.ndarray, shifts: Iterator[float], scale: float | None = None
-) -> tuple[AnyFactor, float]:
-    """The factor of a matrix plus the first of growing multiples of the identity that make it positive definite.
-
-    The identity is that of the program's own units. shifts: what is added one after the other, times scale, which is
-    the largest entry of the diagonal when left out; the last one is returned beside the factor, which is None where
-    they are used up.
-    """
-    system, shift = course.system, 0.0
-    identity = system.on_diagonal(course.evaluator.program.unit) ** -2.0
-    scale = largest(matrix[system.diagonal] / identity) or 1.0 if scale is None else scale
-    for shift in shifts:
-        matrix[system.diagonal] += shift * scale * identity
-        factor = course.journal.timed(system.factorise, matrix)
-        if factor is not None:
-            return factor, shift
-    return None, shift
-
-
-def tenfold(first: float, most: float = inf) -> Iterator[float]:
-    """first, 10 first, 100 first, … while the sum of those before is `most` or less."""
-    whole = 0.0
-    while whole <= most:
-        yield first
-        whole += first
-        first *= 10
-
-
-def largest(values: np.ndarray) -> float:
-    """‖values‖∞, 0 of none."""
-    return float(np.abs(values).max(initial=0.0))

@@ -9,12 +9,12 @@ from scipy.linalg import LinAlgError, solve_banded
 from symmotion.checks import choice, positive
 from symmotion.errors import InputError
 from symmotion.program import DesignT, Evaluator, Program
-from symmotion.solvers.descent import Enough, largest
+from symmotion.solvers.descent import Enough
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.options import require_limits
 from symmotion.solvers.solution import Iteration, Solution, Status
 from symmotion.solvers.solver import conclude, require_equalities, start_vector
-from symmotion.systems import Condensed
+from symmotion.systems import Condensed, largest
 
 BLOW_UP = 1e12  # growth of the objective that counts as divergence
 

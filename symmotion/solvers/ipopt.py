@@ -13,13 +13,12 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
-from symmotion.solvers.descent import largest
 from symmotion.solvers.journal import Callback, Journal
 from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.solvers.solver import Solver, conclude, start_vector
-from symmotion.systems import HessianTriangle
+from symmotion.systems import HessianTriangle, largest
 
 IpoptOption: TypeAlias = str | float | int
 # What CasADi hands back of a solve. Any: numbers, texts and lists, by name.

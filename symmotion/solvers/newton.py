@@ -9,13 +9,13 @@ from symmotion.checks import choice
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
-from symmotion.solvers.descent import LEAST, Enough, Point, descend, largest, shifted, tenfold
+from symmotion.solvers.descent import LEAST, Enough, Point, descend
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.solution import Iteration, Solution
 from symmotion.solvers.solver import conclude, require_equalities, start_multipliers, start_vector
 from symmotion.solvers.sqp import Curved
-from symmotion.systems import AnyFactor, AnySystem, Condensed, Saddle, system_of
+from symmotion.systems import AnyFactor, AnySystem, Condensed, Saddle, largest, shifted, system_of, tenfold
 
 # A Gauss–Newton matrix may be only semidefinite (motions that stay rigid to first order cost nothing):
 # the first multiple of the identity tried then, relative to the diagonal.
@@ -189,7 +189,13 @@ class Straight:
         # The second descent remembers what it needed last.
         first = self._shift if not self.blend else RIDGE if squares else LEAST
         # A matrix that no multiple of the identity of this size mends is singular in its conditions.
-        factor, shift = shifted(self, matrix, tenfold(first, most=MOST_SHIFT))
+        factor, shift = shifted(
+            self.system,
+            matrix,
+            self.evaluator.program.unit,
+            tenfold(first, most=MOST_SHIFT),
+            factorise=lambda m: self.journal.timed(self.system.factorise, m),
+        )
         self._shift = max(shift / 3, RIDGE)
         return factor
 

@@ -55,8 +55,7 @@ class Kept:
         finally:
             for number, handler in handlers.items():
                 signal.signal(number, handler)
-            if self.error is not None:
-                raise self.error
+            self.check()
 
 
 class NumericFunction(ca.Callback):

@@ -115,7 +115,7 @@ def conclude(
     if not wanting:
         # Whatever stopped the solver.
         failure = None
-        if not certificate.holds(solver.tolerance):
+        if certificate.inertia == "indefinite":
             failure = Status.SADDLE, "the Hessian is indefinite along the conditions"
     status, message = failure or (Status.SOLVED, "")
     return Solution(

@@ -3,10 +3,10 @@
 import numpy as np
 
 from symmotion.program import Evaluator
-from symmotion.solvers.descent import CLEARLY, Enough, Point, largest, shifted, tenfold
+from symmotion.solvers.descent import CLEARLY, Enough, Point
 from symmotion.solvers.journal import Journal
 from symmotion.solvers.solution import Iteration
-from symmotion.systems import AnyFactor, Saddle
+from symmotion.systems import AnyFactor, Saddle, largest, reach, shifted, tenfold
 
 RIDGE = 1e-8
 # The share of the linearised violation that the merit's slope must at least account for.
@@ -65,15 +65,16 @@ class Curved:
 
     def shifted(self, matrix: np.ndarray) -> AnyFactor:
         scale = largest(matrix[self.system.diagonal]) or 1.0
-        return shifted(self, matrix, tenfold(RIDGE * scale, most=1e3 * scale), scale=1.0)[0]
+        shifts = tenfold(RIDGE * scale, most=1e3 * scale)
+        unit, system = self.evaluator.program.unit, self.system
+        return shifted(system, matrix, unit, shifts, 1.0, lambda m: self.journal.timed(system.factorise, m))[0]
 
     def settled(self, point: Point, factor: AnyFactor) -> bool:
         jacobian, unit = self.system.jacobian, self.evaluator.program.unit
         right = np.concatenate([-point.gradient, -self._violation])
         solution = self.journal.timed(self.system.solve, factor, right)
         point.step, self._wanted = solution[: self.system.n], solution[self.system.n :]
-        reach = abs(jacobian) @ unit
-        missed = largest(self._violation / np.where(reach > 0, reach, 1.0))
+        missed = largest(self._violation / reach(jacobian, unit))
         residual = point.gradient + jacobian.T @ self.multipliers
         mismatch = largest(unit * (jacobian.T @ (self._wanted - self.multipliers)))
         tolerance = CLEARLY * self._enough.tolerance

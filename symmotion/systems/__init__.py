@@ -4,7 +4,7 @@ from symmotion.systems.certificate import Certificate, certify, system_of
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import Curvature
 from symmotion.systems.saddle import HessianTriangle, Saddle, kkt_pattern
-from symmotion.systems.system import AnyFactor, AnySystem, System
+from symmotion.systems.system import AnyFactor, AnySystem, System, largest, reach, shifted, tenfold
 
 __all__ = [
     "AnyFactor",
@@ -17,5 +17,9 @@ __all__ = [
     "System",
     "certify",
     "kkt_pattern",
+    "largest",
+    "reach",
+    "shifted",
     "system_of",
+    "tenfold",
 ]

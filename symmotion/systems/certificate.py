@@ -14,7 +14,7 @@ from symmotion.program.program import Program
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import EPS
 from symmotion.systems.saddle import Saddle
-from symmotion.systems.system import AnySystem
+from symmotion.systems.system import AnySystem, largest, reach, shifted, tenfold
 
 # Multipliers and distances from a bound below this, relative, count as none: IPOPT's are never exactly zero.
 WEAK = 1e-6
@@ -128,8 +128,7 @@ class _Inspection:
     @cached_property
     def reach(self) -> np.ndarray:
         """(conditions,) by how much each condition changes where the unknowns move by their units."""
-        reach = np.asarray(abs(self.jacobian) @ self.program.unit)
-        return np.where(reach > 0, reach, 1.0)
+        return reach(self.jacobian, self.program.unit)
 
     @cached_property
     def equal(self) -> np.ndarray:
@@ -149,17 +148,20 @@ class _Inspection:
         return np.abs(self.multipliers) * self.reach
 
     @cached_property
+    def share(self) -> np.ndarray:
+        """(conditions,) the multipliers relative to the heaviest."""
+        return self.press / (largest(self.press) or 1.0)
+
+    @cached_property
     def pressing(self) -> np.ndarray:
         """(conditions,) whether a condition is kept by its multiplier: equalities, and bounds that press."""
-        heaviest = float(self.press.max(initial=0.0)) or 1.0
-        return self.equal | (self.press / heaviest > self.slack)
+        return self.equal | (self.share > self.slack)
 
     @cached_property
     def weak(self) -> np.ndarray:
         """(conditions,) whether a bound is met without a multiplier."""
-        heaviest = float(self.press.max(initial=0.0)) or 1.0
         met = np.minimum(self.program.upper - self.values, self.values - self.program.lower) / self.reach < WEAK
-        return ~self.equal & met & (self.press / heaviest < WEAK)
+        return ~self.equal & met & (self.share < WEAK)
 
     @cached_property
     def rows(self) -> tuple[np.ndarray, bool]:
@@ -199,18 +201,18 @@ class _Inspection:
         slack = self.press * np.minimum(self.slack, 1.0)
         # The minimum may be next to nothing: what counts is what the objective is like elsewhere, too.
         start = 0.0 if program.equalities_only else abs(evaluator.objective(program.x0))
-        weight = max(abs(objective), start, float(self.press.max(initial=0.0))) or 1.0
+        weight = max(abs(objective), start, largest(self.press)) or 1.0
         return Certificate(
             objective=objective,
-            stationarity=float(np.abs(residual).max(initial=0.0)),
-            violation=float(np.abs(violation).max(initial=0.0)),
+            stationarity=largest(residual),
+            violation=largest(violation),
             decrement=decrement,
-            complementarity=float(slack.max(initial=0.0)),
+            complementarity=largest(slack),
             inertia=inertia,
             rounding=rounding,
             mismatch=self._mismatch(gradient, residual, hessian),
-            missed=float(missed.max(initial=0.0)),
-            pressing=float(slack.max(initial=0.0)) / weight,
+            missed=largest(missed),
+            pressing=largest(slack) / weight,
             weak=tuple(name for name, part in program.split(self.weak).items() if part.any()),
             degenerate=not (program.equalities_only and program.linear) and self.rows[1],
         )
@@ -220,13 +222,9 @@ class _Inspection:
         system = self.system
         curvature = system.curvature(hessian)
         inertia = curvature.inertia if curvature.direction is None else self._weakened(curvature.direction)
-        factor, shifted = system.factorise(hessian), hessian.copy()
-        identity = system.on_diagonal(self.program.unit) ** -2.0
-        top = float(np.abs(hessian[system.diagonal] / identity).max(initial=0.0)) or 1.0
-        shift = LEAST_SHIFT
-        while factor is None and inertia != "positive" and shift <= MOST_SHIFT:
-            shifted[system.diagonal] += shift * top * identity
-            factor, shift = system.factorise(shifted), 10 * shift
+        factor = system.factorise(hessian)
+        if factor is None and inertia != "positive":
+            factor, _ = shifted(system, hessian.copy(), self.program.unit, tenfold(LEAST_SHIFT, most=MOST_SHIFT))
         if factor is not None:
             step = system.step(factor, residual)
         elif inertia == "positive" and isinstance(system, Saddle):
@@ -236,10 +234,8 @@ class _Inspection:
             return inertia, float("nan")
         return inertia, max(0.0, -0.5 * float(residual @ step))
 
-    def _weakened(self, direction: np.ndarray | None) -> str:
+    def _weakened(self, direction: np.ndarray) -> str:
         """indefinite, unless bounds that are met without a multiplier exclude the direction and its opposite."""
-        if direction is None:
-            return "unknown"
         change = (self.jacobian @ direction)[self.weak]
         upper = (self.program.upper - self.values <= self.values - self.program.lower)[self.weak]
         outward = np.where(upper, change, -change)
@@ -249,12 +245,12 @@ class _Inspection:
         """The part of r in the range of Jᵀ, relative to the gradient in the program's own units."""
         system, unit = self.system, self.program.unit
         jacobian = system.jacobian if isinstance(system, Saddle) else self.jacobian
-        off = np.abs(unit * (jacobian.T @ system.multipliers(residual)))
-        diagonal, u = np.abs(hessian[system.diagonal]), system.on_diagonal(unit)
-        far = float(np.abs(self.x / unit).max(initial=0.0))
-        floor = SLOPPY * EPS * far * float((diagonal * u**2).max(initial=0.0))
-        worst = float(off.max(initial=0.0))
-        return 0.0 if worst <= floor else worst / (float(np.abs(unit * gradient).max(initial=0.0)) or 1.0)
+        off = unit * (jacobian.T @ system.multipliers(residual))
+        u = system.on_diagonal(unit)
+        far = largest(self.x / unit)
+        floor = SLOPPY * EPS * far * largest(hessian[system.diagonal] * u**2)
+        worst = largest(off)
+        return 0.0 if worst <= floor else worst / (largest(unit * gradient) or 1.0)
 
 
 def _independent(jacobian: sparse.csr_array) -> bool:

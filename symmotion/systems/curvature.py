@@ -7,7 +7,7 @@ import scipy.linalg as la
 from scipy import sparse
 from scipy.sparse.linalg import splu, spsolve_triangular
 
-EPS = float(np.finfo(float).eps)
+from symmotion.program.block import EPS
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,11 @@
 """What Newton's saddle system of a program offers, however it is stored and solved."""
 
+from collections.abc import Callable, Iterator
+from math import inf
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 import numpy as np
+from scipy import sparse
 
 from symmotion.program.evaluate import Pattern
 from symmotion.systems.curvature import Curvature
@@ -60,3 +63,47 @@ class System(Protocol[Factor]):
 # For whoever only hands a factor back to the system that made it. Any: known to that system only.
 AnyFactor: TypeAlias = Any
 AnySystem: TypeAlias = System[AnyFactor]
+
+
+def shifted(
+    system: AnySystem,
+    matrix: np.ndarray,
+    unit: np.ndarray,
+    shifts: Iterator[float],
+    scale: float | None = None,
+    factorise: Callable[[np.ndarray], AnyFactor] | None = None,
+) -> tuple[AnyFactor, float]:
+    """The factor of a matrix plus the first of growing multiples of the identity that make it positive definite.
+
+    unit: (unknowns,) the units in which the identity is one, `Program.unit`. shifts: what is added to the matrix, in
+    place and one after the other, times scale, which is the largest entry of the diagonal when left out; the last is
+    returned beside the factor, which is None where they are used up. factorise: in place of the system's own.
+    """
+    identity, shift = system.on_diagonal(unit) ** -2.0, 0.0
+    scale = largest(matrix[system.diagonal] / identity) or 1.0 if scale is None else scale
+    for shift in shifts:
+        matrix[system.diagonal] += shift * scale * identity
+        factor = (factorise or system.factorise)(matrix)
+        if factor is not None:
+            return factor, shift
+    return None, shift
+
+
+def tenfold(first: float, most: float = inf) -> Iterator[float]:
+    """first, 10 first, 100 first, … while the sum of those before is `most` or less."""
+    whole = 0.0
+    while whole <= most:
+        yield first
+        whole += first
+        first *= 10
+
+
+def reach(jacobian: sparse.csr_array, unit: np.ndarray) -> np.ndarray:
+    """(conditions,) by how much each condition changes where the unknowns move by their units; 1 where not at all."""
+    change = np.asarray(abs(jacobian) @ unit)
+    return np.where(change > 0, change, 1.0)
+
+
+def largest(values: np.ndarray) -> float:
+    """‖values‖∞, 0 of none."""
+    return float(np.abs(values).max(initial=0.0))
