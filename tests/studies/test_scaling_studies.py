@@ -15,7 +15,7 @@ from studies.solving.scaling_alternatives import Answer, OptiIpopt, Sqpmethod, T
 from studies.solving.scaling_fatrop import Fatrop
 from studies.solving.scaling_limit import ONCE, PHASES, REST, Rates, Work, divide, operations, prepared, spent, work
 from studies.solving.scaling_tables import METHODS, OURS, slope
-from studies.solving.scaling_worker import Budget, Measurement, measure, timed
+from studies.solving.scaling_worker import BRIEF, Budget, Measurement, measure, timed
 from symmotion.program import Evaluator
 from symmotion.report import Run, StudyOptions
 from symmotion.solvers.solution import Seconds
@@ -122,10 +122,10 @@ def test_a_measurement_in_a_process_of_its_own():
     assert found.run.certified
     assert found.run.objective == again.run.objective
     assert found.unknowns == again.unknowns == 81
-    # The first solve of a process derives the kernels, which no later one does.
     assert found.first is not None
     assert found.seconds is not None
-    assert found.first > found.seconds
+    # The first solve of a process derives the kernels, which no later one does; on a slow machine it is the only one.
+    assert found.first > found.seconds if found.first < BRIEF else found.first == found.seconds
     assert found.beyond is not None
     assert found.beyond > 0
 
