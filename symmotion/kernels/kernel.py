@@ -72,14 +72,17 @@ def written_kernel(code: str, channels: int, squares: bool) -> Kernel:
 
 @lru_cache(maxsize=512)
 def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
-    """A derivative of a kernel as a CasADi function of (z, data, mu), "hessian" of (z, data, mu, theta).
+    """A derivative of a kernel as a CasADi function of (z, data, mu), "hessian" of (z, data, mu, theta) too.
 
     The scalar in question is φ = Σ out² with `squares`, else muᵀ out. Kinds:
     "out" (C,); "value" φ; "gradient" ∂φ/∂z, row by row;
     "hessian" ∂²φ/∂z², as rows × rows blocks of channels × channels (of a sum of squares the
     Gauss–Newton part plus theta times the rest), and the gradient beside it;
     "jacobian" ∂out/∂z, (C, rows · channels) by rows;
-    "line" the five coefficients of φ along z + α mu, for out up to quadratic, mu having the shape of z.
+    "barrier" of (z, data, mu, theta, sigma): θ ∂²(muᵀ out)/∂z² + Jᵀ diag(sigma) J in the same blocks, J = ∂out/∂z,
+    and the gradient of muᵀ out beside it;
+    "along" J mu, (C,), and "line" the five coefficients of φ along z + α mu, for out up to quadratic, mu having the
+    shape of z in both.
     """
     base = ca.Function.deserialize(code)
     z = ca.SX.sym("z", base.size1_in(0))
@@ -101,8 +104,15 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
             hessian = 2 * jacobian.T @ jacobian + ca.substitute(hessian, mu, 2 * theta * out)
         # One triangle is computed and mirrored: CasADi does not see that the two are equal.
         result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
+    elif kind == "barrier":
+        jacobian, sigma = ca.jacobian(out, z), ca.SX.sym("sigma", out.numel())
+        hessian = theta * ca.hessian(phi, z)[0] + jacobian.T @ ca.diag(sigma) @ jacobian
+        result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
     elif kind == "jacobian":
         result = ca.vec(ca.densify(ca.jacobian(out, z)).T)
+    elif kind == "along":
+        mu = ca.SX.sym("mu", z.numel())
+        result = ca.jtimes(out, z, mu)
     elif kind == "line":
         mu = ca.SX.sym("mu", z.numel())
         first = ca.jtimes(out, z, mu)
@@ -115,8 +125,10 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
             result = ca.vertcat(ca.sum1(out), ca.sum1(first), ca.sum1(second), 0, 0)
     else:
         raise ValueError(f"no derivative {kind!r}")
-    if kind == "hessian":
+    if kind in ("hessian", "barrier"):
         inputs, outputs = [z, data, mu, theta], [result, ca.gradient(phi, z)]
+        if kind == "barrier":
+            inputs.append(sigma)
     else:
         inputs, outputs = [z, data, mu], [result]
     return ca.Function("kernel", inputs, ca.cse([ca.densify(o) for o in outputs]))

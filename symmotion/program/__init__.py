@@ -1,6 +1,7 @@
 """Programs of small symbolic kernels: structure and evaluation. It knows no motions."""
 
 from symmotion.program.block import WHOLE, Block, BlockEvaluator
+from symmotion.program.bounded import Bounded
 from symmotion.program.evaluate import Evaluator, Pattern
 from symmotion.program.program import (
     Constraint,
@@ -18,6 +19,7 @@ __all__ = [
     "WHOLE",
     "Block",
     "BlockEvaluator",
+    "Bounded",
     "Constraint",
     "Design",
     "DesignT",

@@ -214,12 +214,22 @@ class BlockEvaluator:
         """(5,) coefficients of the quartic Σ w φ(z + α direction)."""
         return self.block.weights @ self.prepare("line")(z, self.block.data, direction)
 
+    def along(self, z: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """(E · Q, C) the derivative of the kernel at the nodes along a direction, what nodes read of it like z."""
+        return self.prepare("along")(z, self.block.data, direction)
+
     def second_order(
-        self, z: np.ndarray, local: LocalTables, theta: float, multipliers: np.ndarray | None = None
+        self,
+        z: np.ndarray,
+        local: LocalTables,
+        theta: float,
+        multipliers: np.ndarray | None = None,
+        stiffness: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """The gradient (n, channels) of Σ w φ and the blocks `local.blocks` (B, channels, channels) of its Hessian.
 
-        theta: see `derive`.
+        theta: see `derive`. stiffness: (E · Q, C) σ of which Σ w Jᵀ diag(σ) J is added, J of the kernel; theta is
+        then the share of all that the multipliers weigh.
         """
         c, q = self.block.kernel.channels, self.block.nodes
         products, coefficients = local.products, local.coefficients
@@ -239,7 +249,8 @@ class BlockEvaluator:
                 parts[elements, :, 0] = whole[:, local.pairs[0], local.pairs[1]]
             slopes[nodes] = outputs[1]
 
-        self.prepare("hessian").each(use, z, self.block.data, self._mu(multipliers), share)
+        kind, more = ("hessian", ()) if stiffness is None else ("barrier", (stiffness,))
+        self.prepare(kind).each(use, z, self.block.data, self._mu(multipliers), share, *more)
         return self._collect(slopes), (local.gather @ parts.reshape(-1, c * c)).reshape(-1, c, c)
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:

@@ -34,7 +34,7 @@ class Evaluator:
     """
 
     def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):
-        self.program = program
+        self.program, self.kernels = program, kernels
         if kernels not in get_args(Kernels):
             raise InputError(f"kernels {kernels!r}: there are {', '.join(get_args(Kernels))}")
         if threads is not None and not (isinstance(threads, int) and threads > 0):
@@ -159,6 +159,39 @@ class Evaluator:
                 flat[pattern.targets[k]] = blocks.ravel()
         self.seconds += perf_counter() - began
         return slopes, flat[:-1]
+
+    def stiffened(
+        self, x: np.ndarray, pattern: Pattern, multipliers: np.ndarray, stiffness: np.ndarray, theta: float = 1.0
+    ) -> np.ndarray:
+        """(pattern.size,) theta · ∇²(λᵀg) + Jᵀ diag(σ) J in the order of a pattern of the constraints alone."""
+        began = perf_counter()
+        flat = np.zeros(pattern.size + 1)
+        weights = self.program.split(multipliers), self.program.split(stiffness)
+        rows = self._rows(self.constraints, x)
+        for e, z, table, target in zip(self.constraints, rows, pattern.tables, pattern.targets, strict=True):
+            mu, sigma = (part[e.block.name] for part in weights)
+            flat[target] += e.second_order(z, table, theta, mu, sigma)[1].ravel()
+        self.seconds += perf_counter() - began
+        return flat[:-1]
+
+    def along(self, x: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """(conditions,) J d, the derivative of g along a direction (unknowns,); J is not formed."""
+        began = perf_counter()
+        steps = self._rows(self.constraints, direction)
+        pairs = zip(self.constraints, self._rows(self.constraints, x), steps, strict=True)
+        parts = [e.along(z, dz).ravel() for e, z, dz in pairs]
+        self.seconds += perf_counter() - began
+        return np.concatenate([*parts, np.empty(0)])
+
+    def pull(self, x: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+        """(unknowns,) Jᵀλ, the gradient of λᵀg; J is not formed."""
+        began = perf_counter()
+        total = np.zeros_like(x)
+        arrays, parts = self.program.arrays(total), self.program.split(multipliers)
+        for e, z in zip(self.constraints, self._rows(self.constraints, x), strict=True):
+            arrays[e.block.variable][:, e.block.channels] += e.gradient(z, parts[e.block.name])
+        self.seconds += perf_counter() - began
+        return total
 
     def line(self, x: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
         """(5,) coefficients of the quartic f(x + α direction), or None where some term is no such polynomial."""

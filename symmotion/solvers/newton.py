@@ -8,12 +8,15 @@ import numpy as np
 from symmotion.checks import choice
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
-from symmotion.program import DesignT, Evaluator, Program
+from symmotion.program import Bounded, DesignT, Evaluator, Program
 from symmotion.solvers.descent import LEAST, Enough, Point, descend
+from symmotion.solvers.feasibility import find_feasible
+from symmotion.solvers.frame import Frame
+from symmotion.solvers.interior import Interior
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.options import require_kernels, require_limits
-from symmotion.solvers.solution import Iteration, Solution
-from symmotion.solvers.solver import conclude, require_equalities, start_multipliers, start_vector
+from symmotion.solvers.solution import Iteration, Solution, Status
+from symmotion.solvers.solver import conclude, start_multipliers, start_vector
 from symmotion.solvers.sqp import Curved
 from symmotion.systems import AnyFactor, AnySystem, Condensed, Saddle, largest, shifted, system_of, tenfold
 
@@ -74,14 +77,13 @@ class ExactNewton:
         require_kernels(self.kernels, self.threads)
 
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
-        """Solve a program with equalities; start: None, a Solution, a motion, or (unknowns,) numbers."""
-        require_equalities(program, "ExactNewton", curved=True)
+        """Solve a program; start: None, a Solution, a motion, or (unknowns,) numbers."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback)
         x = start_vector(program, start)
         # One of a series, such as the edits of a keyframe: the compiler is repaid.
         repeated = self.kernels == "auto" and isinstance(start, Solution)
         evaluator = Evaluator(program, "compiled" if repeated else self.kernels, self.threads)
-        along = self._straight if program.linear else self._curved
+        along = self._bounded if not program.equalities_only else self._straight if program.linear else self._curved
         x, multipliers, failure = along(evaluator, x, start, journal)
         journal.solved()
         return conclude(
@@ -134,6 +136,28 @@ class ExactNewton:
             multipliers = saddle.multipliers(evaluator.gradient(x))
         course = Curved(self.tolerance, evaluator, saddle, journal, x, multipliers)
         failure, _ = descend(course, 1.0)
+        return course.x, course.multipliers, failure
+
+    def _bounded(
+        self, evaluator: Evaluator, x: np.ndarray, start: object, journal: Journal
+    ) -> tuple[np.ndarray, np.ndarray, Failure | None]:
+        """Where the descent between bounds ended, the multipliers there, and what failed."""
+        bounded = Bounded(evaluator.program, evaluator.kernels, self.threads)
+        frame = Frame(bounded, journal, x, self.system)
+        frame.evaluator.prepare("value", "gradient", "hessian")
+        journal.compiled()
+        x = frame.feasible(x)
+        course = Interior(self.tolerance, frame, x)
+        failure, _ = descend(course, LEAST if start is None else 1.0)
+        if failure is not None and not journal.stopped and frame.missed(course.x) > self.tolerance:
+            found = find_feasible(frame, x)
+            if found.conflict:
+                failure = Status.INFEASIBLE, found.told()
+                return found.x, np.zeros(evaluator.program.conditions), failure
+            if found.feasible:
+                course = Interior(self.tolerance, frame, found.x)
+                failure, _ = descend(course, LEAST)
+        evaluator.seconds = bounded.seconds
         return course.x, course.multipliers, failure
 
     def _system(self, evaluator: Evaluator, x: np.ndarray) -> AnySystem:

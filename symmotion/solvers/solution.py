@@ -20,6 +20,7 @@ class Status(StrEnum):
     """How a solve ended. Only SOLVED means that the certificate holds to the solver's tolerance.
 
     SADDLE: the first-order conditions hold, and the certificate has a direction in which the objective falls.
+    INFEASIBLE: the violation cannot be lowered from nearby; the message names the conditions that contradict.
     """
 
     SOLVED = "solved"
@@ -29,6 +30,7 @@ class Status(StrEnum):
     STOPPED = "stopped"
     STALLED = "stalled"
     DIVERGED = "diverged"
+    INFEASIBLE = "infeasible"
     FAILED = "failed"
     UNSUPPORTED = "unsupported"
 

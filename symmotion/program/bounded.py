@@ -1,0 +1,133 @@
+"""Programs with inequalities, taken apart: the equalities, and bounds whose normals weigh in the Hessian."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy import sparse
+
+from symmotion.kernels import Kernel, Kernels
+from symmotion.program.evaluate import Evaluator, Pattern
+from symmotion.program.program import Constraint, Program, Structure
+
+
+class Bounded:
+    """A program as min f(x) subject to c_E(x) = 0 and lower ≤ c(x) ≤ upper, with working memory. One per thread.
+
+    equal: the program with its equalities alone; bounds: with its bounds alone, and no terms; framed: with the bounds
+    among the terms, whose systems have room for ∇²L + Jᵀ diag(σ) J, J = ∂c/∂x. evaluator, sides: of the first two.
+    lower, upper: (bounds,), at least one of the two finite: what is not bounded is left out. places: which of the
+    program's conditions the equalities are, and which the bounds.
+    """
+
+    def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):
+        self.program = program
+        equal, bounds, self.places = _taken_apart(program)
+        made = program.structure.setdefault(("bounded", self.places[1].tobytes()), [Structure() for _ in range(3)])
+        self.equal = replace(program, constraints=equal, structure=made[0])
+        self.bounds = replace(program, terms=(), constraints=bounds, structure=made[1])
+        terms = (*program.terms, *(c.block for c in bounds))
+        self.framed = replace(program, terms=terms, constraints=equal, structure=made[2])
+        self.evaluator = Evaluator(self.equal, kernels, threads)
+        self.sides = Evaluator(self.bounds, kernels, threads)
+
+    @property
+    def lower(self) -> np.ndarray:
+        return self.bounds.lower
+
+    @property
+    def upper(self) -> np.ndarray:
+        return self.bounds.upper
+
+    @property
+    def seconds(self) -> float:
+        """Spent in the functions so far."""
+        return self.evaluator.seconds + self.sides.seconds
+
+    def second_order(
+        self, x: np.ndarray, pattern: Pattern, equalities: np.ndarray, theta: float = 1.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """∇f (unknowns,) and the Hessian of f + yᵀc_E in the order of the pattern of `framed`.
+
+        theta: the share of what is not Gauss and Newton's.
+        """
+        return self.evaluator.second_order(x, self._parts(pattern)[0], theta * equalities, theta=theta)
+
+    def stiffened(
+        self, x: np.ndarray, pattern: Pattern, multipliers: np.ndarray, stiffness: np.ndarray, theta: float = 1.0
+    ) -> np.ndarray:
+        """θ ∇²(λᵀc) + Jᵀ diag(σ) J of the bounds in the order of the pattern of `framed`; λ, σ: (bounds,)."""
+        return self.sides.stiffened(x, self._parts(pattern)[1], multipliers, stiffness, theta)
+
+    def _parts(self, pattern: Pattern) -> tuple[Pattern, Pattern]:
+        """The pattern of the terms and the equalities, and that of the bounds."""
+        a, b = len(self.equal.terms), len(self.framed.terms)
+
+        def taken(part: slice, more: slice) -> Pattern:
+            tables = pattern.tables[part] + pattern.tables[more]
+            return Pattern(tables, pattern.targets[part] + pattern.targets[more], pattern.size)
+
+        return taken(slice(0, a), slice(b, None)), taken(slice(a, b), slice(0, 0))
+
+    def joined(self, equalities: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+        """(conditions,) the program's multipliers, from those of its equalities and of its bounds."""
+        multipliers = np.zeros(self.program.conditions)
+        multipliers[self.places[0]], multipliers[self.places[1]] = equalities, bounds
+        return multipliers
+
+
+def _cut(program: Program, *vectors: np.ndarray) -> Iterator[tuple[Constraint, ...]]:
+    """Every constraint with its part of vectors (conditions,), in the shape of its bounds."""
+    first = 0
+    for c in program.constraints:
+        yield c, *(v[first : first + c.size].reshape(c.lower.shape) for v in vectors)
+        first += c.size
+
+
+def _taken_apart(
+    program: Program,
+) -> tuple[tuple[Constraint, ...], tuple[Constraint, ...], tuple[np.ndarray, np.ndarray]]:
+    """The equalities and the bounds of a program, and the places of their components among its conditions."""
+    parts: tuple[list[Constraint], list[Constraint]] = [], []
+    places: tuple[list[np.ndarray], list[np.ndarray]] = [], []
+    for c, numbers in _cut(program, np.arange(program.conditions)):
+        kinds = np.where(c.lower == c.upper, 0, np.where(np.isfinite(c.lower) | np.isfinite(c.upper), 1, 2))
+        for kind in (0, 1):
+            for piece, where in _pieces(c, kinds == kind, program):
+                parts[kind].append(piece)
+                places[kind].append(numbers[where].ravel())
+    none = [np.empty(0, dtype=int)]
+    return tuple(parts[0]), tuple(parts[1]), (np.concatenate(places[0] + none), np.concatenate(places[1] + none))
+
+
+def _pieces(c: Constraint, wanted: np.ndarray, program: Program) -> Iterator[tuple[Constraint, tuple]]:
+    """Constraints of the components (E, C) that are wanted, each with the places of its own there."""
+    if wanted.all():
+        yield c, (slice(None), slice(None))
+        return
+    # Nodes of which the same components are wanted make one constraint.
+    kinds, of = np.unique(wanted, axis=0, return_inverse=True)
+    for k, components in enumerate(kinds):
+        if not components.any():
+            continue
+        nodes, chosen = np.flatnonzero(of.ravel() == k), np.flatnonzero(components)
+        block, rows = c.block, c.block.kernel.rows
+        lines = (nodes[:, None] * rows + np.arange(rows)).ravel()
+        key = "piece", c.name, chosen.tobytes()
+        if key not in program.structure:
+            kernel = block.kernel
+            out = kernel.out[chosen.tolist()]
+            program.structure[key] = kernel if len(chosen) == kernel.out.numel() else Kernel(
+                kernel.z, kernel.data, out, kernel.channels
+            )
+        name = c.name if len(kinds) == 1 else f"{c.name} ({k})"
+        piece = replace(
+            block,
+            name=name,
+            kernel=program.structure[key],
+            operator=sparse.csr_array(block.operator[lines]),
+            weights=block.weights[nodes],
+            data=block.data[nodes],
+        )
+        where = np.ix_(nodes, chosen)
+        yield Constraint(piece, c.lower[where], c.upper[where]), where

@@ -1,0 +1,320 @@
+"""Newton's method where there are bounds: a primal–dual interior point on the systems that equalities have."""
+
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from symmotion.solvers.descent import CLEARLY, Enough, Point
+from symmotion.solvers.frame import Frame
+from symmotion.solvers.held import Held, held_newton
+from symmotion.solvers.solution import Iteration
+from symmotion.systems import AnyFactor, AnySystem, largest, shifted, tenfold
+
+# Multiples of the identity that are added where the matrix is not positive definite, relative to its diagonal.
+RIDGE, MOST_SHIFT = 1e-8, 1e6
+# The distance from a bound that slacks have at first, relative to the bound or to what is between two.
+INSIDE = 1e-2
+# The share of the way to a bound that a step goes at most.
+BOUNDARY = 0.995
+# Multipliers are kept within this factor of μ / distance.
+APART = 1e10
+# The share of the violation that the merit's slope must at least account for.
+ACCOUNTED = 0.1
+# The least that a step is shortened to, and steps that are crawling: with a violation, so many are the end.
+SHORTEST, CRAWLING, CRAWLS = 1e-8, 0.05, 6
+# The gap, relative to the objective, from which on the bounds that press are guessed; after a wrong guess the gap
+# falls by AGAIN before the next. Where no guess holds, the gap that is left at the end, relative to the tolerance.
+NEAR, AGAIN, LEFT = 1e-3, 1e-2, 1e-3
+# Stationary points that are left along negative curvature, one after the other.
+ESCAPES = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Slacks:
+    """Slacks s (bounds,) with multipliers z ≥ 0 of their lower and upper sides, zero where a side has no bound."""
+
+    s: np.ndarray
+    down: np.ndarray
+    up: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+    @property
+    def above(self) -> np.ndarray:
+        """(bounds,) the distance from the lower bound."""
+        return self.s - self.lower
+
+    @property
+    def below(self) -> np.ndarray:
+        """(bounds,) the distance from the upper bound."""
+        return self.upper - self.s
+
+    @property
+    def multipliers(self) -> np.ndarray:
+        return self.up - self.down
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """(bounds,) Σ = z / distance, of both sides together."""
+        return self.down / self.above + self.up / self.below
+
+    @property
+    def gap(self) -> float:
+        """Σ z · distance."""
+        return float(_product(self.down, self.above) + _product(self.up, self.below))
+
+    @property
+    def sides(self) -> int:
+        """How many bounds there are, of both sides."""
+        return int(np.isfinite(self.lower).sum() + np.isfinite(self.upper).sum())
+
+    def barrier(self, s: np.ndarray) -> float:
+        """−Σ log(distance) at s, ∞ outside."""
+        low, high = np.isfinite(self.lower), np.isfinite(self.upper)
+        distances = np.concatenate([(s - self.lower)[low], (self.upper - s)[high]])
+        return -float(np.log(distances).sum()) if (distances > 0).all() else inf
+
+
+def _product(z: np.ndarray, distance: np.ndarray) -> float:
+    there = np.isfinite(distance)
+    return z[there] @ distance[there]
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A step of x and s, of the multipliers of both sides, and the multipliers of the equalities that it leads to."""
+
+    x: np.ndarray
+    s: np.ndarray
+    down: np.ndarray
+    up: np.ndarray
+    equalities: np.ndarray | None
+
+
+class Interior:
+    """The course of a descent to the minimum of f subject to c_E = 0, lower ≤ c ≤ upper, by a logarithmic barrier.
+
+    With slacks s and multipliers z of the bounds eliminated, each step solves the saddle system of M + Jᵀ Σ J,
+    Σ = z/distance, with the residual ∇f + Jᵀ(q + Σ (c − s)), q = μ/distance. M is the blend of Gauss–Newton and exact
+    Hessian of the Lagrangian as without bounds. μ follows Mehrotra's predictor and the step his corrector; the
+    merit of the line search is f − μ Σ log(distance) + ν (‖c_E‖₁ + ‖c − s‖₁), with a second-order correction. Once
+    it is near, the bounds that press are guessed, and Newton's method on them ends to rounding (`held_newton`).
+
+    Sources: Mehrotra 1992; El-Bakry, Tapia, Zhang 1994; Wächter, Biegler 2006; Nocedal, Wächter, Waltz 2009.
+    """
+
+    strange = "the objective, a condition or a derivative is not finite"
+    idle = "steps lower neither the objective nor the violation any more"
+    blend = corrects = True
+
+    def __init__(self, tolerance: float, frame: Frame, x: np.ndarray):
+        self.frame, self.evaluator, self.journal = frame, frame.evaluator, frame.journal
+        self.system: AnySystem = frame.system(x)
+        self.x = x
+        self._enough = Enough(tolerance, frame.evaluator)
+        self._objective, self._violation = self.evaluator.objective(x), self.evaluator.violation(x)
+        self._values = frame.values(x)
+        self._slacks = self._first()
+        self._mu, self._penalty = self._slacks.gap / self._slacks.sides, 0.0
+        self.equalities = frame.equalities(x, self._slacks.multipliers)
+        self._tried, self._crawls, self._escapes = inf, 0, 0
+        self._held: Held | None = None
+
+    @property
+    def multipliers(self) -> np.ndarray:
+        """(conditions,) those of the program, where it stands."""
+        bounds = self._slacks.multipliers if self._held is None else self._held.multipliers
+        equalities = self.equalities if self.frame.curved else self.frame.equalities(self.x, bounds)
+        return self.frame.joined(equalities, bounds)
+
+    def _first(self) -> Slacks:
+        """Slacks inside their bounds, and multipliers of a barrier that pulls as hard as the objective does."""
+        frame, x = self.frame, self.x
+        width = frame.upper - frame.lower
+        margins = [
+            np.minimum(INSIDE * np.maximum(1.0, np.abs(np.where(np.isfinite(b), b, 0.0))), 0.5 * width)
+            for b in (frame.lower, frame.upper)
+        ]
+        s = np.clip(self._values, frame.lower + margins[0], frame.upper - margins[1])
+        slacks = Slacks(s, np.zeros_like(s), np.zeros_like(s), frame.lower, frame.upper)
+        barrier = 1 / slacks.below - 1 / slacks.above
+        force, gradient = (
+            float(np.linalg.norm(self.system.reduced(g))) for g in (frame.pull(x, barrier), self.evaluator.gradient(x))
+        )
+        mu = gradient / force if gradient and force else 1.0
+        return replace(slacks, down=mu / slacks.above, up=mu / slacks.below)
+
+    def look(self, theta: float) -> Point:
+        self.system = self.frame.system(self.x)
+        gradient, matrix = self._second_order(theta)
+        self._pulled = gradient + self.frame.pull(self.x, self._slacks.multipliers)
+        if self.frame.curved:
+            self._pulled += self.evaluator.pull(self.x, self.equalities)
+            stationarity = largest(self._pulled)
+        else:
+            stationarity = largest(self.system.reduced(self._pulled))
+        outside = largest(self.frame.outside(self._values) * self.frame.scale)
+        row = Iteration(self._objective, stationarity, max(largest(self._violation), outside))
+        finite = np.isfinite(self._objective) and np.isfinite(matrix).all() and np.isfinite(row.violation)
+        return Point(row, gradient, matrix, bool(finite))
+
+    def matrix(self, theta: float) -> np.ndarray:
+        return self._second_order(theta)[1]
+
+    def _second_order(self, theta: float) -> tuple[np.ndarray, np.ndarray]:
+        frame, slacks = self.frame, self._slacks
+        gradient, matrix = frame.second_order(self.system, self.x, self.equalities, theta)
+        return gradient, matrix + frame.stiffened(self.system, self.x, slacks.multipliers, slacks.stiffness, theta)
+
+    def shifted(self, matrix: np.ndarray) -> AnyFactor:
+        shifts = tenfold(RIDGE, most=MOST_SHIFT)
+        return shifted(
+            self.system, matrix, self.frame.unit, shifts, factorise=lambda m: self.frame.factorise(self.system, m)
+        )[0]
+
+    def settled(self, point: Point, factor: AnyFactor) -> bool:
+        slacks, tolerance = self._slacks, self._enough.tolerance
+        nothing = np.zeros_like(slacks.s)
+        affine = self._newton(point.gradient, factor, 0.0, nothing, nothing)
+        weight = max(abs(self._objective), largest(slacks.multipliers)) or 1.0
+        missed = max(largest(self._violation), largest(self._values - slacks.s))
+        if slacks.gap <= min(NEAR * weight, AGAIN * self._tried) and missed <= NEAR:
+            self._tried = slacks.gap
+            self._held = held_newton(self.frame, self._enough, self._guess(affine), NEAR * weight)
+            if self._held is not None:
+                return True
+        mu = slacks.gap / slacks.sides
+        ahead = self._moved(affine, *self._longest(affine, 1.0)).gap / slacks.sides
+        self._mu = max(min(1.0, (ahead / mu) ** 3) * mu, 0.1 * LEFT * tolerance * weight / slacks.sides)
+        self._step = self._newton(point.gradient, factor, self._mu, affine.s * affine.down, -affine.s * affine.up)
+        point.step = self._step.x
+        return (
+            missed <= CLEARLY * tolerance
+            and slacks.gap <= LEFT * tolerance * weight
+            and self._enough(0.5 * abs(float(self._pulled @ point.step)), self._objective, self.x)
+        )
+
+    def _guess(self, affine: Step) -> Held:
+        """The bounds that press, by the step to μ = 0: it leaves their multipliers, and the others' distances."""
+        slacks = self._slacks
+        low, high = (
+            np.isfinite(distance) & (dz * np.where(np.isfinite(distance), distance, 0.0) > z * change)
+            for z, dz, distance, change in (
+                (slacks.down, affine.down, slacks.above, affine.s),
+                (slacks.up, affine.up, slacks.below, -affine.s),
+            )
+        )
+        multipliers = np.where(low | high, slacks.multipliers, 0.0)
+        return Held(self.x, self.equalities, multipliers, low & ~high, high)
+
+    def _newton(self, gradient: np.ndarray, factor: AnyFactor, mu: float, down: np.ndarray, up: np.ndarray) -> Step:
+        """The step towards the barrier of μ; down, up: products of steps of distance and multiplier, of both sides."""
+        slacks, frame = self._slacks, self.frame
+        off = self._values - slacks.s
+        towards_down, towards_up = (mu - down) / slacks.above, (mu - up) / slacks.below
+        residual = gradient + frame.pull(self.x, towards_up - towards_down + slacks.stiffness * off)
+        x, equalities = frame.step(self.system, factor, residual, self._violation)
+        s = frame.along(self.x, x) + off
+        return Step(
+            x,
+            s,
+            towards_down - slacks.down - slacks.down / slacks.above * s,
+            towards_up - slacks.up + slacks.up / slacks.below * s,
+            equalities,
+        )
+
+    def _longest(self, step: Step, share: float) -> tuple[float, float]:
+        """The longest steps ≤ 1, of slacks and of multipliers, that go at most a share of the way to zero."""
+        slacks = self._slacks
+        primal = min(_until(slacks.above, step.s, share), _until(slacks.below, -step.s, share))
+        return primal, min(_until(slacks.down, step.down, share), _until(slacks.up, step.up, share))
+
+    def _moved(self, step: Step, primal: float, dual: float) -> Slacks:
+        slacks = self._slacks
+        down, up = slacks.down + dual * step.down, slacks.up + dual * step.up
+        return replace(slacks, s=slacks.s + primal * step.s, down=down, up=up)
+
+    def outward(self, point: Point) -> np.ndarray | None:
+        if self._escapes == ESCAPES:
+            return None
+        direction = self.journal.timed(self.system.curvature, self.matrix(1.0)).direction
+        if direction is None:
+            return None
+        self._escapes += 1
+        size = 0.1 * max(1.0, largest(self.x)) / largest(direction)
+        return (-size if point.gradient @ direction > 0 else size) * direction
+
+    def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
+        slacks, step, mu = self._slacks, self._step, self._mu
+        if outward is not None:
+            nothing = np.zeros_like(slacks.s)
+            step = Step(outward, self.frame.along(self.x, outward), nothing, nothing, None)
+        primal, dual = self._longest(step, BOUNDARY)
+        missed = float(np.abs(self._values - slacks.s).sum() + np.abs(self._violation).sum())
+        slope = float(point.gradient @ step.x) + mu * float((step.s / slacks.below - step.s / slacks.above).sum())
+        if missed > 0.0:
+            self._penalty = max(self._penalty, 1.1 * slope / ((1 - ACCOUNTED) * missed))
+        merit = self._objective + mu * slacks.barrier(slacks.s) + self._penalty * missed
+        slope = min(slope - self._penalty * missed, 0.0)
+        x, s, length = self._searched(step, factor, primal, merit, slope)
+        if step.equalities is not None:
+            self.equalities = self.equalities + length * (step.equalities - self.equalities)
+        self.x = x
+        self._slacks = self._tidied(replace(self._moved(step, length, dual), s=s))
+        self._crawls = self._crawls + 1 if length < CRAWLING and missed > self._enough.tolerance else 0
+        return length, length > SHORTEST and self._crawls <= CRAWLS
+
+    def _searched(
+        self, step: Step, factor: AnyFactor, length: float, merit: float, slope: float
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """The point accepted along a step, its slacks, and the length of the step."""
+        rounding, slacks, longest = 1e-13 * (abs(merit) + 1e-300), self._slacks, length
+        while True:
+            x, s = self.x + length * step.x, slacks.s + length * step.s
+            if self._merit(x, s) <= merit + 1e-4 * length * slope + rounding or length < SHORTEST:
+                return x, s, length
+            if length == longest and np.isfinite(self._objective):
+                # What the conditions' curvature adds, through the same factor.
+                off = self._values - s
+                residual = self.frame.pull(self.x, slacks.stiffness * off)
+                more, _ = self.frame.step(self.system, factor, residual, self._violation)
+                inside = s + self.frame.along(self.x, more) + off
+                if self._merit(x + more, inside) <= merit + 1e-4 * length * slope + rounding:
+                    return x + more, inside, length
+            length *= 0.5
+
+    def _merit(self, x: np.ndarray, s: np.ndarray) -> float:
+        """The merit at a point, whose objective and conditions are kept."""
+        self._objective, self._violation = self.evaluator.objective(x), self.evaluator.violation(x)
+        self._values = self.frame.values(x)
+        missed = float(np.abs(self._values - s).sum() + np.abs(self._violation).sum())
+        value = self._objective + self._mu * self._slacks.barrier(s) + self._penalty * missed
+        return value if np.isfinite(value) else inf
+
+    def _tidied(self, slacks: Slacks) -> Slacks:
+        """Slacks as far inside as the values where there is one side only; multipliers not too far from the barrier's."""
+        s = np.where(np.isfinite(slacks.lower), slacks.s, np.minimum(slacks.s, self._values))
+        s = np.where(np.isfinite(slacks.upper), s, np.maximum(s, self._values))
+        slacks = replace(slacks, s=s)
+        down, up = (
+            np.clip(z, self._mu / (APART * distance), APART * self._mu / distance)
+            for z, distance in ((slacks.down, slacks.above), (slacks.up, slacks.below))
+        )
+        return replace(slacks, down=down, up=up)
+
+    def rest(self, point: Point, factor: AnyFactor) -> None:
+        """Go where the held bounds ended, and log the way."""
+        if self._held is None:
+            return
+        self.x, self.equalities = self._held.x, self._held.equalities
+        for row in self._held.rows:
+            last = self.journal.log.pop()
+            self.journal.log.append(replace(last, theta=1.0, step=1.0))
+            self.journal.add(row)
+
+
+def _until(value: np.ndarray, change: np.ndarray, share: float) -> float:
+    """The largest α ≤ 1 with value + α change ≥ (1 − share) value, where value ≥ 0."""
+    falling = (change < 0) & np.isfinite(value)
+    return float(min(1.0, (share * value[falling] / -change[falling]).min())) if falling.any() else 1.0
