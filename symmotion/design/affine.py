@@ -235,7 +235,7 @@ class AffineDesign:
         controls = {UNKNOWN: design._unknowns(start)}
         if self.constraints:
             # Conditions may hold data of the keyframes, so they are made anew; the kernels are cached.
-            return replace(design.program(), build_seconds=perf_counter() - began)
+            return replace(design.program().sharing(program), build_seconds=perf_counter() - began)
         moved = program.with_data("keyframes", design._targets[:, : self.channels], start=controls, design=design)
         return replace(moved, build_seconds=perf_counter() - began)
 

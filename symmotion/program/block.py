@@ -53,10 +53,30 @@ class Block:
     def with_data(self, data: np.ndarray) -> "Block":
         """The same block with other numbers at its nodes; what was derived from its structure is kept."""
         fresh = replace(self, data=np.asarray(data, dtype=float).reshape(self.data.shape))
-        for name in ("local", "transposed"):
-            if name in self.__dict__:
-                fresh.__dict__[name] = self.__dict__[name]
+        fresh.take(self)
         return fresh
+
+    def take(self, other: "Block") -> None:
+        """Keep what another block of the same structure has derived from it."""
+        for name in ("local", "transposed"):
+            if name in other.__dict__:
+                self.__dict__[name] = other.__dict__[name]
+
+    def alike(self, other: "Block") -> bool:
+        """Whether another block differs in its data only, and the derivatives by which it is linear not even there."""
+        mine, theirs = self.operator, other.operator
+        return (
+            (self.name, self.variable, self.channels, self.nodes) == (other.name, other.variable, other.channels, other.nodes)
+            and self.data.shape == other.data.shape
+            and self.kernel.code == other.kernel.code
+            and self.kernel.squares == other.kernel.squares
+            and mine.shape == theirs.shape
+            and np.array_equal(mine.indptr, theirs.indptr)
+            and np.array_equal(mine.indices, theirs.indices)
+            and np.array_equal(mine.data, theirs.data)
+            and np.array_equal(self.weights, other.weights)
+            and (not self.kernel.bilinear or np.array_equal(self.data, other.data))
+        )
 
     @cached_property
     def transposed(self) -> sparse.csr_array:

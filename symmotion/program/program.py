@@ -250,6 +250,22 @@ class Program(Generic[DesignT]):
             changes = {"structure": Structure(), **changes}
         return replace(self, constraints=tuple(fresh if c is target else c for c in self.constraints), **changes)
 
+    def sharing(self, other: "Program") -> "Program[DesignT]":
+        """This program on the structure of another one, with what was derived from it, where only data differ."""
+        pairs = list(zip(self._blocks, other._blocks, strict=False))
+        if len(self._blocks) != len(other._blocks) or not all(a.alike(b) for a, b in pairs):
+            return self
+        equal = (self.lower == self.upper).tolist() == (other.lower == other.upper).tolist()
+        if not equal or {k: v.shape for k, v in self.start.items()} != {k: v.shape for k, v in other.start.items()}:
+            return self
+        for mine, theirs in pairs:
+            mine.take(theirs)
+        return replace(self, structure=other.structure)
+
+    @property
+    def _blocks(self) -> tuple[Block, ...]:
+        return (*self.terms, *(c.block for c in self.constraints))
+
     @property
     def parameters(self) -> dict[str, np.ndarray]:
         """The numbers of the constraints' parameters by name, each in its shape."""

@@ -10,7 +10,7 @@ from symmotion.solvers.frame import Frame
 from symmotion.systems import AnyFactor, AnySystem, largest, reach, shifted, tenfold
 
 # Steps of the search, and the decrement relative to the violation's square at which it is stationary.
-STEPS, STATIONARY = 200, 1e-12
+STEPS, STATIONARY = 200, 1e-7
 # Violations, in own units, that count as none, and shares of the largest that count as conflicts.
 NONE, SHARE = 1e-9, 1e-3
 # What is added to the matrix, relative to the bounds' normals, so that what they do not see stays where it is: at

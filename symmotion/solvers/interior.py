@@ -15,6 +15,8 @@ from symmotion.systems import AnyFactor, AnySystem, largest, shifted, tenfold
 RIDGE, MOST_SHIFT = 1e-8, 1e6
 # The distance from a bound that slacks have at first, relative to the bound or to what is between two.
 INSIDE = 1e-2
+# How hard the barrier pulls at first, relative to the objective.
+PULL = 10.0
 # The share of the way to a bound that a step goes at most.
 BOUNDARY = 0.995
 # Multipliers are kept within this factor of μ / distance.
@@ -26,6 +28,8 @@ SHORTEST, CRAWLING, CRAWLS = 1e-8, 0.05, 6
 # The gap, relative to the objective, from which on the bounds that press are guessed; after a wrong guess the gap
 # falls by AGAIN before the next. Where no guess holds, the gap that is left at the end, relative to the tolerance.
 NEAR, AGAIN, LEFT = 1e-3, 1e-2, 1e-3
+# Multipliers, relative to the largest, of bounds that press.
+WEAK = 1e-7
 # Stationary points that are left along negative curvature, one after the other.
 ESCAPES = 5
 
@@ -121,6 +125,18 @@ class Interior:
         self._tried, self._crawls, self._escapes = inf, 0, 0
         self._held: Held | None = None
 
+    def continues(self, multipliers: np.ndarray) -> bool:
+        """Whether Newton's method ends from here, with the bounds held that multipliers (conditions,) press on."""
+        equalities, bounds = self.frame.parted(multipliers)
+        pressing = np.abs(bounds) > WEAK * largest(bounds)
+        low, high = pressing & (bounds < 0), pressing & (bounds > 0)
+        bounds = np.where(pressing, bounds, 0.0)
+        self._held = held_newton(self.frame, self._enough, Held(self.x, equalities, bounds, low, high), inf)
+        if self._held is not None:
+            self.journal.add(self.look(1.0).row)
+            self._settle()
+        return self._held is not None
+
     @property
     def multipliers(self) -> np.ndarray:
         """(conditions,) those of the program, where it stands."""
@@ -129,7 +145,7 @@ class Interior:
         return self.frame.joined(equalities, bounds)
 
     def _first(self) -> Slacks:
-        """Slacks inside their bounds, and multipliers of a barrier that pulls as hard as the objective does."""
+        """Slacks inside their bounds, and multipliers of a barrier that pulls like the objective."""
         frame, x = self.frame, self.x
         width = frame.upper - frame.lower
         margins = [
@@ -142,7 +158,7 @@ class Interior:
         force, gradient = (
             float(np.linalg.norm(self.system.reduced(g))) for g in (frame.pull(x, barrier), self.evaluator.gradient(x))
         )
-        mu = gradient / force if gradient and force else 1.0
+        mu = PULL * gradient / force if gradient and force else 1.0
         return replace(slacks, down=mu / slacks.above, up=mu / slacks.below)
 
     def look(self, theta: float) -> Point:
@@ -305,8 +321,11 @@ class Interior:
 
     def rest(self, point: Point, factor: AnyFactor) -> None:
         """Go where the held bounds ended, and log the way."""
-        if self._held is None:
-            return
+        if self._held is not None:
+            self._settle()
+
+    def _settle(self) -> None:
+        assert self._held is not None
         self.x, self.equalities = self._held.x, self._held.equalities
         for row in self._held.rows:
             last = self.journal.log.pop()

@@ -148,6 +148,9 @@ class ExactNewton:
         journal.compiled()
         x = frame.feasible(x)
         course = Interior(self.tolerance, frame, x)
+        known = start_multipliers(evaluator.program, start)
+        if known is not None and course.continues(known):
+            return course.x, course.multipliers, None
         failure, _ = descend(course, LEAST if start is None else 1.0)
         if failure is not None and not journal.stopped and frame.missed(course.x) > self.tolerance:
             found = find_feasible(frame, x)
