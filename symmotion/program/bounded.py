@@ -1,5 +1,6 @@
 """Programs with inequalities, taken apart: the equalities, and bounds whose normals weigh in the Hessian."""
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -43,6 +44,11 @@ class Bounded:
     def seconds(self) -> float:
         """Spent in the functions so far."""
         return self.evaluator.seconds + self.sides.seconds
+
+    @property
+    def counts(self) -> Counter[str]:
+        """How often what was evaluated: of the objective and the equalities, and of the bounds."""
+        return self.evaluator.counts + Counter({f"bounds: {kind}": n for kind, n in self.sides.counts.items()})
 
     def second_order(
         self, x: np.ndarray, pattern: Pattern, equalities: np.ndarray, theta: float = 1.0

@@ -1,5 +1,6 @@
 """Numbers for programs: objective, gradient, constraints, Jacobian and Hessian, the same for every solver."""
 
+from collections import Counter
 from dataclasses import dataclass
 from time import perf_counter
 from typing import get_args
@@ -30,7 +31,7 @@ class Evaluator:
     """A program's functions at points x (unknowns,), with working memory. One per thread.
 
     kernels: see `kernel_function`; threads: that a long program may use, see `default_threads`;
-    seconds: spent in it so far.
+    seconds: spent in it so far; counts: how often what was evaluated.
     """
 
     def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):
@@ -42,7 +43,7 @@ class Evaluator:
         threads = threads or default_threads()
         self.terms = [BlockEvaluator(b, kernels, threads) for b in program.terms]
         self.constraints = [BlockEvaluator(c.block, kernels, threads) for c in program.constraints]
-        self.seconds = 0.0
+        self.seconds, self.counts = 0.0, Counter[str]()
 
     def prepare(self, *kinds: str) -> None:
         """Derive the terms' functions of these kinds now instead of at their first use."""
@@ -62,6 +63,7 @@ class Evaluator:
         return values
 
     def objective(self, x: np.ndarray) -> float:
+        self.counts["objective"] += 1
         began = perf_counter()
         value = sum(e.value(z) for e, z in zip(self.terms, self._rows(self.terms, x), strict=True))
         self.seconds += perf_counter() - began
@@ -77,6 +79,7 @@ class Evaluator:
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         """(unknowns,) ∇f."""
+        self.counts["gradient"] += 1
         began = perf_counter()
         total = np.zeros_like(x)
         arrays = self.program.arrays(total)
@@ -92,6 +95,7 @@ class Evaluator:
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """(conditions,) g."""
+        self.counts["conditions"] += 1
         parts = [e.out(z).ravel() for e, z in zip(self.constraints, self._rows(self.constraints, x), strict=True)]
         return np.concatenate(parts) if parts else np.empty(0)
 
@@ -100,6 +104,7 @@ class Evaluator:
         structure = self.program.structure
         if "jacobian" in structure:
             return structure["jacobian"]
+        self.counts["jacobian"] += 1
         began = perf_counter()
         rows, columns, values = [], [], []
         first = 0
@@ -140,6 +145,7 @@ class Evaluator:
 
         Of terms that are sums of squares, the Hessian's Gauss–Newton part plus theta times the rest.
         """
+        self.counts["hessian"] += 1
         began = perf_counter()
         flat, slopes = np.zeros(pattern.size + 1), np.zeros_like(x)
         arrays = self.program.arrays(slopes)
@@ -164,6 +170,7 @@ class Evaluator:
         self, x: np.ndarray, pattern: Pattern, multipliers: np.ndarray, stiffness: np.ndarray, theta: float = 1.0
     ) -> np.ndarray:
         """(pattern.size,) theta · ∇²(λᵀg) + Jᵀ diag(σ) J in the order of a pattern of the constraints alone."""
+        self.counts["hessian"] += 1
         began = perf_counter()
         flat = np.zeros(pattern.size + 1)
         weights = self.program.split(multipliers), self.program.split(stiffness)
@@ -176,6 +183,7 @@ class Evaluator:
 
     def along(self, x: np.ndarray, direction: np.ndarray) -> np.ndarray:
         """(conditions,) J d, the derivative of g along a direction (unknowns,); J is not formed."""
+        self.counts["slope"] += 1
         began = perf_counter()
         steps = self._rows(self.constraints, direction)
         pairs = zip(self.constraints, self._rows(self.constraints, x), steps, strict=True)
@@ -185,6 +193,7 @@ class Evaluator:
 
     def pull(self, x: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
         """(unknowns,) Jᵀλ, the gradient of λᵀg; J is not formed."""
+        self.counts["slope"] += 1
         began = perf_counter()
         total = np.zeros_like(x)
         arrays, parts = self.program.arrays(total), self.program.split(multipliers)
@@ -195,6 +204,7 @@ class Evaluator:
 
     def line(self, x: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
         """(5,) coefficients of the quartic f(x + α direction), or None where some term is no such polynomial."""
+        self.counts["line"] += 1
         if not all(e.block.kernel.quartic for e in self.terms):
             return None
         began = perf_counter()

@@ -83,7 +83,7 @@ class Run:
     """One solver on one case: a row of the report, also where it failed.
 
     stationarity, violation, decrement, complementarity, inertia: the certificate's; excess: of bounds between their
-        samples, None since that is not looked at; unknowns, multipliers: how many;
+        samples, None since that is not looked at; evaluations: of functions and derivatives, all together; unknowns, multipliers: how many;
     log: the iterations, for plots; message: what the solver said where it did not solve.
     """
 
@@ -99,6 +99,7 @@ class Run:
     excess: float | None = None
     inertia: str = "unknown"
     iterations: int | None = None
+    evaluations: int | None = None
     unknowns: int | None = None
     multipliers: int | None = None
     convergence_order: float | None = None
@@ -122,6 +123,7 @@ class Run:
             None,
             solution.inertia,
             solution.iterations if solution.log else None,
+            sum(solution.evaluations.values()) or None,
             solution.program.unknowns,
             solution.program.conditions,
             solution.convergence_order,

@@ -17,7 +17,7 @@ from symmotion.solvers.journal import Callback, Journal
 from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
-from symmotion.solvers.solver import Solver, conclude, start_vector
+from symmotion.solvers.solver import Solver, conclude, start_multipliers, start_vector
 from symmotion.systems import HessianTriangle, largest
 
 IpoptOption: TypeAlias = str | float | int
@@ -25,6 +25,14 @@ IpoptOption: TypeAlias = str | float | int
 Stats: TypeAlias = dict[str, Any]
 # IPOPT's names for what the solver's own arguments say.
 TAKEN = {"tol": "tolerance", "max_iter": "max_iterations", "max_wall_time": "time_limit"}
+# From a solution of a neighbouring program: its multipliers, and a barrier that lets it stay near its bounds.
+WARM: dict[str, IpoptOption] = {
+    "warm_start_init_point": "yes",
+    "warm_start_bound_push": 1e-9,
+    "warm_start_slack_bound_push": 1e-9,
+    "warm_start_mult_bound_push": 1e-9,
+    "mu_init": 1e-6,
+}
 # What CasADi tells and does not tell.
 CASADI = {"print_time": False, "record_time": True, "show_eval_warnings": False}
 # `Opti` differentiates and expands while it solves, without the interpreter's lock: two at a time crash.
@@ -66,13 +74,15 @@ class Ipopt:
         object.__setattr__(self, "options", checked_options(self.options))
 
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
-        """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
+        """Solve any program; start: None, a Solution, whose multipliers are taken too, a motion, or (unknowns,) numbers."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback)
         x0 = start_vector(program, start)
+        known = start_multipliers(program, start)
         evaluator, kept = Evaluator(program, self.kernels, self.threads), Kept()
-        settings = {**ipopt_settings(self, evaluator, x0, journal), **self.options}
+        settings = {**ipopt_settings(self, evaluator, x0, journal), **constants(program)}
+        settings = {**settings, **({} if known is None else WARM), **self.options}
         with kept.guard():
-            answer = _solved(evaluator, settings, x0, journal, kept)
+            answer = _solved(evaluator, settings, x0, known, journal, kept)
         return concluded(self, program, "ipopt", answer, journal, evaluator)
 
 
@@ -139,10 +149,27 @@ def _unit(evaluator: Evaluator, x: np.ndarray) -> float:
     return unit if np.isfinite(unit) and unit > 0 else 1.0
 
 
+def constants(program: Program) -> dict[str, IpoptOption]:
+    """What IPOPT need not ask for twice: Jacobians of linear conditions, the Hessian of a quadratic program."""
+    found: dict[str, IpoptOption] = {}
+    for name, equal in (("jac_c_constant", True), ("jac_d_constant", False)):
+        parts = [c.block.kernel for c in program.constraints if c.is_equality is equal]
+        if parts and all(k.linear for k in parts):
+            found[name] = "yes"
+    if program.linear and all(b.kernel.linear if b.kernel.squares else b.kernel.quartic for b in program.terms):
+        found["hessian_constant"] = "yes"
+    return found
+
+
 def _solved(
-    evaluator: Evaluator, settings: Mapping[str, IpoptOption], x0: np.ndarray, journal: Journal, kept: Kept
+    evaluator: Evaluator,
+    settings: Mapping[str, IpoptOption],
+    x0: np.ndarray,
+    known: np.ndarray | None,
+    journal: Journal,
+    kept: Kept,
 ) -> IpoptAnswer:
-    """IPOPT on the functions of an Evaluator."""
+    """IPOPT on the functions of an Evaluator; known: multipliers (conditions,) to start from."""
     program = evaluator.program
     evaluator.prepare("value", "gradient", "hessian")
     functions = oracles(evaluator, kept)
@@ -158,7 +185,8 @@ def _solved(
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], options)
     evaluator.seconds = 0.0
     with watching(watch, solver.stats):
-        result = solver(x0=x0, lbg=program.lower, ubg=program.upper)
+        duals = {} if known is None else {"lam_g0": known, "lam_x0": np.zeros_like(x0)}
+        result = solver(x0=x0, lbg=program.lower, ubg=program.upper, **duals)
     x, multipliers = np.asarray(result["x"]).ravel(), np.asarray(result["lam_g"]).ravel()
     return IpoptAnswer(x, multipliers, solver.stats(), evaluator.seconds)
 
@@ -186,6 +214,7 @@ def concluded(
     evaluator: Evaluator,
 ) -> Solution[DesignT]:
     """The Solution that IPOPT's answer is."""
+    journal.solved()
     elapsed, said = journal.elapsed, str(answer.stats.get("return_status", "no status"))
     failure = None if said == "Solve_Succeeded" else (ENDINGS.get(said, Status.FAILED), said)
     if said == "User_Requested_Stop":

@@ -1,7 +1,10 @@
 """What a solver writes down as it goes: the rows of its log and its seconds; and what ends it before it is done."""
 
+import sys
 from collections.abc import Callable
 from math import inf
+from multiprocessing import parent_process
+from threading import current_thread, main_thread
 from time import perf_counter
 from typing import TypeAlias, TypeVar, TypeVarTuple
 
@@ -13,6 +16,9 @@ Callback: TypeAlias = Callable[[Iteration], bool | None]
 # What went wrong, and what to say of it.
 Failure: TypeAlias = tuple[Status, str]
 
+# Seconds after which a solve tells how it goes, where somebody is likely to watch, and between two lines of it.
+PATIENCE, PAUSE = 2.0, 0.5
+
 T = TypeVar("T")
 Arguments = TypeVarTuple("Arguments")
 
@@ -22,6 +28,7 @@ class Journal:
 
     max_iterations: steps before `ending` tells to stop; time_limit: wall-clock seconds before it does;
     callback: called with every row, and where it returns True `ending` tells so too.
+    A solve of more than two seconds shows its last row on stderr, where that is a terminal, until it ends.
     log: the rows so far; linear: seconds that `timed` has measured.
     """
 
@@ -32,11 +39,15 @@ class Journal:
         self._began = self._since = perf_counter()
         self._compile = self._solve = 0.0
         self._stopped = False
+        # Of several solves at once only one could be seen.
+        alone = current_thread() is main_thread() and parent_process() is None
+        self._shown = alone and sys.stderr is not None and sys.stderr.isatty()
+        self._next = PATIENCE
 
     @property
     def watched(self) -> bool:
-        """Whether there is a callback."""
-        return self._callback is not None
+        """Whether somebody wants the rows as they come."""
+        return self._callback is not None or self._shown
 
     @property
     def elapsed(self) -> float:
@@ -57,6 +68,9 @@ class Journal:
         """What came since `compiled` counts as solving; another stage may be compiled next."""
         now = perf_counter()
         self._solve, self._since = self._solve + now - self._since, now
+        if self._next > PATIENCE:
+            _show("")
+            self._next = PATIENCE
 
     @property
     def stopped(self) -> bool:
@@ -66,6 +80,10 @@ class Journal:
     def add(self, row: Iteration) -> None:
         """Another row of the log, with its step where one is taken from there."""
         self.log.append(row)
+        if self._shown and self.elapsed >= self._next:
+            self._next = self.elapsed + PAUSE
+            told = f"{self.elapsed:.1f} s, iteration {len(self.log)}: objective {row.objective:.6g}"
+            _show(f"{told}, stationarity {row.stationarity:.1e}, violation {row.violation:.1e}")
         if self._callback is not None and self._callback(row):
             self._stopped = True
 
@@ -89,3 +107,9 @@ class Journal:
     def seconds(self, program: Program, evaluate: float | None = None) -> Seconds:
         """The seconds so far; evaluate: those of an `Evaluator` since `compiled`."""
         return Seconds(program.build_seconds, self._compile, self._solve, evaluate, self.linear)
+
+
+def _show(text: str) -> None:
+    """Write over the terminal's last line."""
+    sys.stderr.write(f"\r\x1b[2K{text}")
+    sys.stderr.flush()

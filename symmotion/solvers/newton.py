@@ -160,7 +160,7 @@ class ExactNewton:
             if found.feasible:
                 course = Interior(self.tolerance, frame, found.x)
                 failure, _ = descend(course, LEAST)
-        evaluator.seconds = bounded.seconds
+        evaluator.seconds, evaluator.counts = bounded.seconds, bounded.counts
         return course.x, course.multipliers, failure
 
     def _system(self, evaluator: Evaluator, x: np.ndarray) -> AnySystem:

@@ -1,7 +1,7 @@
 """What every solver returns: a point with multipliers, our certificate of it, and how it came about."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from typing import Any, Generic
@@ -76,7 +76,7 @@ class Solution(Generic[DesignT]):
 
     x (unknowns,), multiplier_vector (conditions,): where it ended; solver: the solver's repr,
     its provenance; method: its short name; tolerance: the solver's; log: its iterations;
-    message: what it said where it did not solve.
+    message: what it said where it did not solve; evaluations: how often what was evaluated, by kind, where known.
     """
 
     program: Program[DesignT]
@@ -90,6 +90,7 @@ class Solution(Generic[DesignT]):
     log: tuple[Iteration, ...]
     seconds: Seconds
     message: str = ""
+    evaluations: Mapping[str, int] = field(default_factory=dict)
 
     __getstate__ = made_of
 
