@@ -64,7 +64,8 @@ class Course(Protocol):
 
     system: the saddle system at the point; strange, idle: what to say where numbers are not finite, and where
     steps make no progress. blend: whether θ is lowered where the matrix is not positive definite.
-    corrects: whether a step along negative curvature needs a factor too.
+    corrects: whether a step along negative curvature needs a factor too. over: whether it has ended where the exact
+    Hessian was looked at.
     """
 
     evaluator: Evaluator
@@ -73,6 +74,7 @@ class Course(Protocol):
     idle: str
     blend: bool
     corrects: bool
+    over: bool
 
     @property
     def system(self) -> AnySystem: ...
@@ -121,7 +123,7 @@ def descend(course: Course, theta: float) -> tuple[Failure | None, bool]:
             return (Status.DIVERGED, course.strange), fell_back
         factor = journal.timed(course.system.factorise, point.matrix)
         settled = factor is not None and course.settled(point, factor)
-        if settled and theta < 1.0:
+        if settled and theta < 1.0 and not course.over:
             theta, point.matrix = 1.0, course.matrix(1.0)
             factor = journal.timed(course.system.factorise, point.matrix)
             settled = factor is not None and course.settled(point, factor)
@@ -133,7 +135,7 @@ def descend(course: Course, theta: float) -> tuple[Failure | None, bool]:
             if factor is None:
                 ending = Status.FAILED, "the saddle system is singular: conditions are redundant or contradict"
             elif course.settled(point, factor):
-                outward = course.outward(point)
+                outward = None if course.over else course.outward(point)
                 settled = outward is None
             if outward is None or course.corrects:
                 theta, fell_back = least, fell_back or (fell and not settled)

@@ -138,6 +138,11 @@ class Interior:
         return self._held is not None
 
     @property
+    def over(self) -> bool:
+        """Whether Newton's method on the held bounds has ended."""
+        return self._held is not None
+
+    @property
     def multipliers(self) -> np.ndarray:
         """(conditions,) those of the program, where it stands."""
         bounds = self._slacks.multipliers if self._held is None else self._held.multipliers
@@ -270,7 +275,7 @@ class Interior:
         missed = float(np.abs(self._values - slacks.s).sum() + np.abs(self._violation).sum())
         slope = float(point.gradient @ step.x) + mu * float((step.s / slacks.below - step.s / slacks.above).sum())
         if missed > 0.0:
-            self._penalty = max(self._penalty, 1.1 * slope / ((1 - ACCOUNTED) * missed))
+            self._penalty = self._weighed(slope, missed, step)
         merit = self._objective + mu * slacks.barrier(slacks.s) + self._penalty * missed
         slope = min(slope - self._penalty * missed, 0.0)
         x, s, length = self._searched(step, factor, primal, merit, slope)
@@ -280,6 +285,17 @@ class Interior:
         self._slacks = self._tidied(replace(self._moved(step, length, dual), s=s))
         self._crawls = self._crawls + 1 if length < CRAWLING and missed > self._enough.tolerance else 0
         return length, length > SHORTEST and self._crawls <= CRAWLS
+
+    def _weighed(self, slope: float, missed: float, step: Step) -> float:
+        """ν large enough for the step to descend on the merit, and no larger than need be."""
+        slacks = self._slacks
+        most = largest(slacks.multipliers + step.up - step.down)
+        if step.equalities is not None:
+            most = max(most, largest(step.equalities))
+        needed = slope / ((1 - ACCOUNTED) * missed)
+        # Along linear equalities the multipliers suffice, and a slope that is rounding asks for too much.
+        needed = needed if self.frame.curved else min(needed, 2 * most)
+        return max(1.1 * needed, 0.5 * (self._penalty + most))
 
     def _searched(
         self, step: Step, factor: AnyFactor, length: float, merit: float, slope: float

@@ -183,7 +183,7 @@ class Straight:
 
     strange = "the objective or a derivative is not finite"
     idle = "steps no longer lower the objective"
-    corrects = False
+    corrects = over = False
 
     def __init__(
         self,

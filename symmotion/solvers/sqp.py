@@ -30,6 +30,7 @@ class Curved:
     strange = "the objective, a condition or a derivative is not finite"
     idle = "steps lower neither the objective nor the violation any more"
     blend = corrects = True
+    over = False
 
     def __init__(
         self,
