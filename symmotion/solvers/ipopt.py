@@ -140,7 +140,7 @@ def _unit(evaluator: Evaluator, x: np.ndarray, tolerance: float) -> float:
     triangle = HessianTriangle.of(evaluator.program)
     gradient, hessian = evaluator.second_order(x, triangle.pattern, np.zeros(evaluator.program.conditions))
     usual = min(1.0, largest(hessian[triangle.diagonal]) * largest(x))
-    unit = max(min(usual, largest(gradient)), usual * min(1.0, ROUNDING / tolerance))
+    unit = max(min(usual, largest(gradient)), usual * ROUNDING / max(tolerance, ROUNDING))
     return unit if np.isfinite(unit) and unit > 0 else 1.0
 
 
