@@ -16,6 +16,12 @@ ARITHMETIC: dict[int, str] = {
     ca.OP_SQ: "{x} * {x}",
     ca.OP_TWICE: "{x} + {x}",
     ca.OP_INV: "all(1.0) / {x}",
+    ca.OP_LT: "where((M)({x} < {y}), all(1.0))",
+    ca.OP_LE: "where((M)({x} <= {y}), all(1.0))",
+    ca.OP_EQ: "where((M)({x} == {y}), all(1.0))",
+    ca.OP_NE: "where((M)({x} != {y}), all(1.0))",
+    ca.OP_NOT: "where((M)({x} == all(0.0)), all(1.0))",
+    ca.OP_IF_ELSE_ZERO: "where((M)({x} != all(0.0)), {y})",
 }
 # The rest lane by lane, in terms of numbers x and y.
 BY_LANE: dict[int, str] = {
@@ -41,7 +47,6 @@ BY_LANE: dict[int, str] = {
     ca.OP_FLOOR: "floor(x)",
     ca.OP_CEIL: "ceil(x)",
     ca.OP_SIGN: "x < 0 ? -1 : x > 0 ? 1 : x",
-    ca.OP_NOT: "!x",
     ca.OP_POW: "pow(x, y)",
     ca.OP_CONSTPOW: "pow(x, y)",
     ca.OP_ATAN2: "atan2(x, y)",
@@ -50,13 +55,8 @@ BY_LANE: dict[int, str] = {
     ca.OP_FMAX: "fmax(x, y)",
     ca.OP_FMOD: "fmod(x, y)",
     ca.OP_COPYSIGN: "copysign(x, y)",
-    ca.OP_LT: "x < y",
-    ca.OP_LE: "x <= y",
-    ca.OP_EQ: "x == y",
-    ca.OP_NE: "x != y",
     ca.OP_AND: "x && y",
     ca.OP_OR: "x || y",
-    ca.OP_IF_ELSE_ZERO: "x ? y : 0",
 }
 
 HEAD = """\
@@ -70,7 +70,9 @@ HEAD = """\
 #endif
 #define EACH(lanes, size) for (int l = 0; l < lanes; l++) for (int j = 0; j < size; j++)
 typedef double V __attribute__((vector_size(8 * LANES)));
+typedef long long M __attribute__((vector_size(8 * LANES)));
 static inline V all(double x) { V r; for (int l = 0; l < LANES; l++) r[l] = x; return r; }
+static __attribute__((noinline)) V where(M mask, V x) { return (V)(mask & (M)x); }
 """
 
 
@@ -94,8 +96,9 @@ def c_source(function: ca.Function) -> str | None:
         body.append(line)
     inputs = [function.size1_in(i) if i in read else 0 for i in range(function.n_in())]
     outputs = [function.size1_out(i) for i in range(function.n_out())]
+    # Not inlined: compilers take several times as long with the lanes of a thousand calls unrolled.
     helpers = "".join(
-        f"static inline V op{op}(V a, V b) {{ V r; for (int l = 0; l < LANES; l++) "
+        f"static __attribute__((noinline)) V op{op}(V a, V b) {{ V r; for (int l = 0; l < LANES; l++) "
         f"{{ double x = a[l], y = b[l]; r[l] = {text}; }} return r; }}\n"
         for op, text in sorted(lanes.items())
     )

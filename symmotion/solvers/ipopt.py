@@ -39,6 +39,8 @@ CASADI = {"print_time": False, "record_time": True, "show_eval_warnings": False}
 SYMBOLIC = Lock()
 # IPOPT's own test against that of the certificate, which does not depend on units: an iteration more.
 FINER = 1e-4
+# What rounding leaves of a gradient, relative to the sizes of what cancels in it: no test asks for less.
+ROUNDING = 1e-15
 ENDINGS = {
     "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
     "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
@@ -126,7 +128,7 @@ def _accepted(name: str, value: IpoptOption) -> bool:
 def ipopt_settings(solver: Solver, evaluator: Evaluator, x0: np.ndarray, journal: Journal) -> dict[str, IpoptOption]:
     """IPOPT's options by its own names for a program and a start."""
     # In small units IPOPT would take the start for a solution: it scales large objectives down, not small ones up.
-    unit = _unit(evaluator, x0)
+    unit = _unit(evaluator, x0, FINER * solver.tolerance)
     settings: dict[str, IpoptOption] = {
         "obj_scaling_factor": 1.0 / unit,
         "print_level": 0,
@@ -140,12 +142,15 @@ def ipopt_settings(solver: Solver, evaluator: Evaluator, x0: np.ndarray, journal
     return settings if journal.left == inf else {**settings, "max_wall_time": max(journal.left, 1e-6)}
 
 
-def _unit(evaluator: Evaluator, x: np.ndarray) -> float:
-    """What the gradient is like, at most 1: its size at the start, or away from there where the start is stationary."""
+def _unit(evaluator: Evaluator, x: np.ndarray, tolerance: float) -> float:
+    """What the gradient is like, at most 1: its size at the start, or away from there where the start is stationary.
+
+    A start that is almost stationary has it no smaller than makes rounding the tolerance's part of it.
+    """
     triangle = HessianTriangle.of(evaluator.program)
     gradient, hessian = evaluator.second_order(x, triangle.pattern, np.zeros(evaluator.program.conditions))
     usual = min(1.0, largest(hessian[triangle.diagonal]) * largest(x))
-    unit = min(usual, largest(gradient)) or usual
+    unit = max(min(usual, largest(gradient)), usual * ROUNDING / max(tolerance, ROUNDING))
     return unit if np.isfinite(unit) and unit > 0 else 1.0
 
 

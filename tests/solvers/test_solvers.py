@@ -101,6 +101,17 @@ def test_a_solve_can_start_from_another_solution_or_motion():
         sm.ExactNewton().solve(program, start=np.zeros(3))
 
 
+def test_a_start_that_is_almost_the_minimum_asks_for_no_more_digits_than_there_are():
+    keys = sm.Keyframes([0, 1], np.array([np.eye(2), [[0, -1], [1, 0]]]))
+    below, program = (sm.affine_program(keys, degree=k, refine=0, objective=sm.Rigidity()) for k in (3, 4))
+    newton, ipopt = (
+        s.solve(program, start=sm.ExactNewton().solve(below).motion) for s in (sm.ExactNewton(), sm.Ipopt())
+    )
+    # It ends by itself, not by its limit, and where the other does.
+    assert ipopt.require().iterations < sm.Ipopt().max_iterations
+    assert ipopt.objective == pytest.approx(newton.require().objective, abs=1e-18)
+
+
 def test_moved_keyframes_reuse_structure_and_reach_the_same_optimum():
     keys = sm.examples.random_keyframes(8, 60, 4)
     program = sm.affine_program(keys)
