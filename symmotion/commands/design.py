@@ -48,7 +48,7 @@ def add(commands: Commands) -> None:
     add_input(parser, READ, "keyframes")
     add_outputs(parser, WRITTEN)
     parser.add_argument("--objective", default="rigidity", metavar="NAME", help="as for compare; default: rigidity")
-    parser.add_argument("--solver", metavar="NAME", help="default: newton; ipopt with --tolerance and --free-times")
+    parser.add_argument("--solver", metavar="NAME", help="default: newton")
     parser.add_argument("--periodic", action="store_true", help="close the motion with its derivatives")
     parser.add_argument("--tolerance", type=float, metavar="E", help="meet each entry of the A*ᵢ to within E only")
     parser.add_argument("--auto-knots", type=int, metavar="N", help="insert at most N knots, where they pay most")
@@ -95,8 +95,7 @@ def _check(options: argparse.Namespace) -> None:
 
 def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy) -> Solution:
     """The optimal motion that the options ask for."""
-    inequalities = options.tolerance is not None or options.free_times
-    solver = solver_by_name(options.solver or ("ipopt" if inequalities else "newton"))
+    solver = solver_by_name(options.solver or "newton")
     if options.auto_knots is not None:
         return auto_knots(
             keyframes, degree=options.degree, objective=objective, budget=options.auto_knots, solver=solver

@@ -63,10 +63,10 @@ def free_times_program(
     keys: `Keyframes`, M ≥ 3, their times are the start. objective: Rigidity() when left out. constraints: conditions
     on the jet (`Jet`); a time in one is a place between keyframes, told by the times of the start, and moves with them.
     ends: what holds at the ends: "natural" (nothing) or "clamped" with `end_rates`. knots: none can be given, for they
-    move. least_step: in the unit of time, a fiftieth of
-    the mean step when left out. The order is an inequality and the keyframes are nonlinear
-    conditions: Ipopt() takes the program. Its unknown "controls" (n, C + 1) holds each control and, in
-    the last coordinate, the width of the knot interval [τ_{j+p}, τ_{j+p+1}] in units of the mean.
+    move. least_step: in the unit of time, a fiftieth of the mean step when left out.
+
+    The order is an inequality and the keyframes are nonlinear conditions. The unknown "controls" (n, C + 1) holds each
+    control and, in the last coordinate, the width of the knot interval [τ_{j+p}, τ_{j+p+1}] in units of the mean.
 
     Multipliers: "keyframes" as in `affine_program`; "total time", ∂f*/∂T = −λ, which is k f/T for
     an objective that falls as 1/Tᵏ where no step is at its least; "order" (M − 1,), one per step.

@@ -86,7 +86,7 @@ def require_equalities(program: Program, solver: str, curved: bool = False) -> N
         if not c.is_equality or not (curved or c.block.kernel.linear):
             nature = "an inequality" if not c.is_equality else "nonlinear"
             taken = "equalities" if curved else "linear equalities"
-            raise InputError(f"{solver} takes {taken} only and {c.name!r} is {nature}; Ipopt() takes it")
+            raise InputError(f"{solver} takes {taken} only and {c.name!r} is {nature}; ExactNewton() and Ipopt() take it")
 
 
 def conclude(
