@@ -24,7 +24,7 @@ class UnitVolume(MotionConstraint):
 
     def stated(self, setting: Setting) -> JetConstraint:
         times = setting.inside(np.atleast_1d(checks.numbers(self.times, f"{self.name}: times")), self.name)
-        on_keyframe = np.isin(times, setting.times)
+        on_keyframe = np.isin(times, setting.times)  # exact: `inside` puts them there
         if on_keyframe.any():
             raise InputError(f"{self.name}: time {times[on_keyframe][0]:g} is a keyframe's, whose volume is given")
         return JetConstraint(lambda jet: ca.det(jet.A) - 1, at=times, name=self.name)

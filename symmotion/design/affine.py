@@ -33,7 +33,7 @@ from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, BlockEvaluator, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
+from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant, unified
 from symmotion.splines.interpolation import ENDS, require_schoenberg_whitney
 
 RIGIDITY = Rigidity()
@@ -75,7 +75,7 @@ def affine_program(
     keys = as_keyframes(keys)
     energy, asked = as_objective(objective, RIGIDITY), as_constraints(constraints)
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
-    inner = refined_times(keys.times, refine)[1:-1] if knots is None else checks.array(knots, ("K",), "knots")
+    inner = refined_times(keys.times, refine)[1:-1] if knots is None else placed_knots(knots, keys.times)
     basis = _clamped(keys.times[0], inner, keys.times[-1], degree)
     rates = rates_at_ends(ends, end_rates, keys.dimension, ENDS)
     slopes = None if rates is None else np.concatenate([rates.linear.reshape(2, -1), rates.translation], axis=1)
@@ -83,6 +83,11 @@ def affine_program(
     at_ends = {"clamped": (EndRates(rates),), "periodic": (Periodic(),)}.get(ends, ())
     program = AffineDesign(keys, energy, start, (*at_ends, *asked)).program()
     return replace(program, build_seconds=perf_counter() - began)
+
+
+def placed_knots(knots: ArrayLike, times: np.ndarray) -> np.ndarray:
+    """(K,) inner knots, those that are a keyframe's time up to rounding put there."""
+    return unified(checks.array(knots, ("K",), "knots"), times)
 
 
 def _clamped(a: float, inner: np.ndarray, b: float, degree: int) -> BSplineBasis:
@@ -100,6 +105,9 @@ def represent(basis: BSplineBasis, spline: Spline, times: np.ndarray) -> Spline:
     """`spline` over `basis`: exactly where knot insertion leads there, else its closest interpolant at `times`."""
     require_schoenberg_whitney(basis, times)
     spline = spline.clamped()
+    placed = unified(spline.basis.knots, basis.knots)
+    if not np.array_equal(placed, spline.basis.knots):
+        spline = Spline(BSplineBasis(placed, spline.degree), spline.control_points)
     if basis.degree == spline.degree and np.isin(spline.basis.knots, basis.knots).all():
         old, old_copies = np.unique(spline.basis.knots, return_counts=True)
         new, new_copies = np.unique(basis.knots, return_counts=True)

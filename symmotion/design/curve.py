@@ -22,7 +22,7 @@ from symmotion.motions import Keyframes
 from symmotion.program import Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline
+from symmotion.splines import BSplineBasis, Spline, same_times, unified
 
 SMALL = 600  # conditions up to which a dense factorisation looks for redundant ones
 KEYFRAMES = "keyframes"
@@ -66,6 +66,11 @@ def curve_program(
     began = perf_counter()
     energy = as_objective(objective, Bending(order))
     conditions, extra = _asked(keys, constraints)
+    torn = checks.numbers(breaks, "breaks").ravel()
+    given = np.empty(0) if knots is None else checks.array(knots, ("K",), "knots")
+    every = _spoken_of(conditions, extra, domain, torn, given)
+    conditions = tuple(c.put_on(every) for c in conditions)
+    extra = tuple(c.put_on(every) if isinstance(c, JetConstraint) else c for c in extra)
     least, most = _orders(energy, conditions[0].value_shape if conditions else ())
     conditions = (*conditions, *_at_ends(conditions, isinstance(keys, Keyframes), ends, end_rates, most, domain))
     _require_names(conditions)
@@ -76,11 +81,11 @@ def curve_program(
         degree = max(2 * most - 1, highest + 1 if highest >= most else 0)
     degree = checks.whole(degree, max(most, highest), "degree")
     span = _domain(conditions, extra, domain)
-    torn = np.unique(checks.numbers(breaks, "breaks"))
+    torn = np.unique(unified(torn, every))
     outside = ~((torn > span[0]) & (torn < span[1]))
     if outside.any():
         raise InputError(f"break {torn[outside][0]:g} is not inside the domain ({span[0]:g}, {span[1]:g})")
-    inner = _knots(marks, most, degree, span, torn) if knots is None else checks.array(knots, ("K",), "knots")
+    inner = _knots(marks, most, degree, span, torn) if knots is None else unified(given, every)
     if knots is None and refine:
         borders = np.unique(np.concatenate([span, inner]))
         share = np.arange(1, refine + 1) / (refine + 1)
@@ -104,6 +109,20 @@ def _asked(keys: object, constraints: object) -> tuple[tuple[CurveCondition, ...
     if not linear:
         raise InputError("conditions: a sequence of one CurveCondition or more is needed, or Keyframes")
     return linear, tuple(c for c in every if not isinstance(c, CurveCondition))
+
+
+def _spoken_of(
+    conditions: Sequence[CurveCondition],
+    extra: Sequence[MotionConstraint],
+    domain: tuple[float, float] | None,
+    breaks: np.ndarray,
+    knots: np.ndarray,
+) -> np.ndarray:
+    """All times that a program is told: of those that agree up to rounding the first stands for all."""
+    ends = np.empty(0) if domain is None else checks.array(domain, (2,), "domain")
+    asked = [c.times.ravel() for c in conditions]
+    asked += [np.ravel(np.asarray(c.at)) for c in extra if isinstance(c, JetConstraint) and c.at is not None]
+    return np.concatenate([ends, *asked, breaks, knots])
 
 
 def _require_names(conditions: Sequence[CurveCondition]) -> None:
@@ -330,7 +349,7 @@ class CurveDesign:
         if not hasattr(motion, "to_bspline"):
             raise InputError(f"start {motion!r:.80}: a curve, a solution or numbers are needed")
         spline = motion.to_bspline().clamped()
-        if spline.domain != self.basis.domain or spline.control_points.shape[1:] != self.shape:
+        if not same_times(spline.domain, self.basis.domain) or spline.control_points.shape[1:] != self.shape:
             raise InputError(
                 f"a curve over {spline.domain} with values of shape {spline.control_points.shape[1:]}: "
                 f"{self.basis.domain} and {self.shape} are needed"
@@ -345,7 +364,7 @@ class CurveDesign:
         if first.name != KEYFRAMES or not isinstance(keyframes, Keyframes):
             raise InputError("with_keyframes: the program was made of conditions, or these are no Keyframes")
         require_times(keyframes.times, first.times[:, 0])
-        moved = CurveCondition.at(keyframes.times, keyframes.translation, name=KEYFRAMES)
+        moved = CurveCondition.at(first.times[:, 0], keyframes.translation, name=KEYFRAMES)
         fresh = replace(self, conditions=(moved, *self.conditions[1:])).program()
         return replace(fresh, structure=program.structure, build_seconds=perf_counter() - began)
 

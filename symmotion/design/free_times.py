@@ -35,7 +35,8 @@ from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
+from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, same_times
+from symmotion.splines.instants import rounding
 
 LEAST_SHARE = 0.02
 
@@ -84,9 +85,10 @@ def free_times_program(
         raise InputError(f"{m} keyframes have no inner time: at least 3 are needed")
     mean = (times[-1] - times[0]) / (m - 1)
     least = LEAST_SHARE * mean if least_step is None else checks.positive(least_step, "least_step")
-    if not 0 < least < mean:
+    slack = rounding(times)
+    if not 0 < least < mean - slack:
         raise InputError(f"least_step {least:g}: between 0 and the mean step, {mean:g}, is needed, both excluded")
-    short = np.diff(times) <= least
+    short = np.diff(times) <= least + slack
     if short.any():
         i = int(np.argmax(short))
         raise InputError(
@@ -235,7 +237,7 @@ class FreeTimesDesign:
     def unknowns(self, motion: AffineMotion) -> dict[str, np.ndarray]:
         """The unknowns that represent a motion: exactly where its space is one of these, else at the start's times."""
         require_start(motion, AffineMotion, self.keyframes.dimension)
-        ends = np.allclose(motion.domain, self.keyframes.times[[0, -1]])
+        ends = same_times(motion.domain, self.keyframes.times[[0, -1]])
         if not (ends and motion.degree == self.degree and len(motion.basis.breakpoints) == self.spans + 1):
             basis = BSplineBasis.clamped(refined_times(self.keyframes.times, self.refine), self.degree)
             spline = represent(basis, motion.spline, self.keyframes.times)
@@ -257,6 +259,6 @@ class FreeTimesDesign:
         keyframes = other_keyframes(keyframes, self.keyframes)
         if len(keyframes) != len(self.keyframes):
             raise InputError(f"{keyframes!r} for a program of {self.keyframes!r}")
-        if not np.array_equal(keyframes.times[[0, -1]], self.keyframes.times[[0, -1]]):
+        if not same_times(keyframes.times[[0, -1]], self.keyframes.times[[0, -1]]):
             raise InputError("with_keyframes keeps the first and the last time; make a new program for others")
         return replace(self, keyframes=keyframes).program()

@@ -28,7 +28,8 @@ from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
 from symmotion.program import Block, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis
+from symmotion.splines import BSplineBasis, same_times
+from symmotion.splines.instants import distinct
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
@@ -184,7 +185,7 @@ class OrientationDesign:
         """The unknowns closest to a curve: its own controls where the space is the same."""
         require_start(motion, QuaternionMotion, 3)
         basis = self.space.basis
-        if motion.degree == basis.degree and np.array_equal(motion.basis.knots, basis.knots):
+        if motion.degree == basis.degree and same_times(motion.basis.knots, basis.knots):
             return {UNKNOWN: motion.control_points.copy()}
         return {UNKNOWN: carried(motion, basis)[0].control_points.copy()}
 
@@ -229,7 +230,7 @@ def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike 
     degree, refine = checks.whole(degree, 2, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
     breaks = refined_times(times, refine)
     if knots is not None:
-        inner = checks.times(knots, "knots")
+        inner = distinct(checks.times(knots, "knots"), times)
         if inner[0] <= times[0] or inner[-1] >= times[-1]:
             raise InputError(f"knots: all lie inside the domain ({times[0]:g}, {times[-1]:g})")
         breaks = np.concatenate([times[:1], inner, times[-1:]])

@@ -25,7 +25,7 @@ from symmotion.motions.quaternions.algebra import Signs
 from symmotion.program import Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import Spline, closest, cubic_interpolant
+from symmotion.splines import Spline, closest, cubic_interpolant, same_times
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
@@ -138,7 +138,7 @@ class PoseDesign:
         """The unknowns of a motion over the same knots."""
         require_start(motion, PoseMotion, 3)
         basis = self.turning.space.basis
-        if not np.array_equal(motion.translation.basis.knots, basis.knots):
+        if not same_times(motion.translation.basis.knots, basis.knots):
             raise InputError("a start for a pose program has the knots of the program")
         turning = self.turning.unknowns(motion.orientation)[UNKNOWN]
         return {UNKNOWN: np.concatenate([turning, motion.translation.control_points], axis=1)}

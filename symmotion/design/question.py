@@ -15,7 +15,7 @@ from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes, as_keyframes
 from symmotion.program import Block, Constraint, DesignT, Multipliers, Program
-from symmotion.splines import check_times
+from symmotion.splines import check_times, same_times, unified
 
 
 def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
@@ -50,8 +50,8 @@ def rates_at_ends(
 
 
 def require_times(times: ArrayLike, wanted: np.ndarray) -> None:
-    """InputError for keyframes at other times than a program's."""
-    if not np.array_equal(check_times(times), wanted):
+    """InputError for keyframes at other times than a program's, up to rounding."""
+    if not same_times(check_times(times), wanted):
         raise InputError("with_keyframes keeps the times; make a new program for other times")
 
 
@@ -60,7 +60,7 @@ def other_keyframes(keyframes: object, old: Keyframes) -> Keyframes:
     keys = as_keyframes(keyframes, what="keyframes")  # pyright: ignore[reportArgumentType] it is found out there
     if keys.dimension != old.dimension:
         raise InputError(f"keyframes in {keys.dimension}D for a program in {old.dimension}D")
-    return keys
+    return Keyframes(unified(keys.times, old.times), keys.linear, keys.translation)
 
 
 def require_volume(objective: Energy, keys: Keyframes) -> None:

@@ -11,6 +11,7 @@ from symmotion.fairing.jumps import Jumps
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.rational import RationalMotion
 from symmotion.motions.two_parameter import TwoParameterMotion
+from symmotion.splines import unified
 
 Motion = TwoParameterMotion | RationalMotion
 AnyMotion = TypeVar("AnyMotion", TwoParameterMotion, RationalMotion)
@@ -95,8 +96,10 @@ class Box:
         ranges = [(0, jumps.v.count)] * 2
         for k, ((a, b), direction, basis) in enumerate(zip(intervals, (jumps.u, jumps.v), motion.bases, strict=False)):
             low, high = basis.domain
+            a, b = unified([a, b], [low, high])
             if not low <= a <= b <= high:
                 raise InputError(f"region {'uv'[k]} from {a:g} to {b:g}: must increase within {low:g} to {high:g}")
+            a, b = unified([a, b], direction.knots)
             first, last = np.searchsorted(direction.knots, a), np.searchsorted(direction.knots, b, side="right")
             if first == last:
                 raise InputError(f"region {'uv'[k]} from {a:g} to {b:g} holds no interior knot")

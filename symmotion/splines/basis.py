@@ -8,10 +8,8 @@ from scipy import sparse
 
 from symmotion.checks import numbers, read_only, whole
 from symmotion.errors import InputError
+from symmotion.splines.instants import inside, require_steps, unified
 from symmotion.values import value
-
-# By how much a time may miss an end of the domain, relative: sums of steps do.
-ROUNDING = 4 * float(np.finfo(float).eps)
 
 
 @value
@@ -23,8 +21,8 @@ class BSplineBasis:
     degree: at least 0.
     periodic: whether the last `degree` functions are identified with the first.
 
-    Raises InputError for knots that decrease, are not finite or are too few, and where a knot
-    has more than degree + 1 copies.
+    Knots that agree up to rounding are copies of one. Raises InputError for knots that decrease, are
+    not finite or are too few, and where a knot has more than degree + 1 copies.
     """
 
     knots: np.ndarray
@@ -47,10 +45,13 @@ class BSplineBasis:
         if (steps < 0).any():
             k = int(np.argmax(steps < 0))
             raise InputError(f"knots decrease from {knots[k]:g} to {knots[k + 1]:g} at knot {k + 1}")
+        ends = knots[[degree, -degree - 1]]
+        knots = unified(knots, marks=ends)
         crowded = knots[degree + 1 :] == knots[: -degree - 1]
         if crowded.any():
             k = int(np.argmax(crowded))
             raise InputError(f"knot {knots[k]:g} has more than degree + 1 = {degree + 1} copies")
+        require_steps(ends, "the ends of the knots, number")
         object.__setattr__(self, "knots", read_only(knots))
         object.__setattr__(self, "degree", degree)
         object.__setattr__(self, "periodic", bool(self.periodic))
@@ -106,10 +107,9 @@ class BSplineBasis:
         """
         t = np.asarray(t, dtype=float)
         a, b = self.domain
-        slack = ROUNDING * max(abs(a), abs(b))
-        inside = (t >= a - slack) & (t <= b + slack)
-        if not inside.all():
-            raise InputError(f"parameter {t[~inside].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
+        there = inside(t, (a, b))
+        if not there.all():
+            raise InputError(f"parameter {t[~there].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
         first = int(np.searchsorted(self.knots, a, side="right")) - 1
         last = int(np.searchsorted(self.knots, b, side="left")) - 1
         return np.clip(np.searchsorted(self.knots, t, side="right") - 1, first, last)

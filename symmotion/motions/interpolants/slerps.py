@@ -17,6 +17,7 @@ from symmotion.motions.quaternions.keys import OrientationKeys
 from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import check_times
+from symmotion.splines.instants import inside
 from symmotion.values import value
 
 if TYPE_CHECKING:
@@ -66,8 +67,9 @@ class SegmentCurve:
     def _place(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         t = numbers(t, "times")
         a, b = self.domain
-        if not ((t >= a) & (t <= b)).all():
+        if not inside(t, (a, b)).all():
             raise InputError(f"times must lie in the domain [{a:g}, {b:g}]")
+        t = np.clip(t, a, b)
         i = np.clip(np.searchsorted(self.times, t.ravel(), side="right") - 1, 0, len(self.times) - 2)
         step = np.diff(self.times)[i]
         return i, (t.ravel() - self.times[i]) / step, step
