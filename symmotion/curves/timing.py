@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, whole
+from symmotion.checks import floats, numbers, whole
 from symmotion.curves.bezier import bezier, check_domain
 from symmotion.curves.series import compose, product, reciprocal, root, taylor
 from symmotion.errors import InputError
@@ -111,7 +111,7 @@ class ArcParameter:
 
     def preimages(self, parameters) -> np.ndarray:
         """(N,) the new parameters of parameters of the curve."""
-        parameters = np.atleast_1d(np.asarray(parameters, dtype=float))
+        parameters = np.atleast_1d(floats(parameters, "parameters"))
         table, sums = self._table
         k = np.clip(np.searchsorted(table, parameters, side="right") - 1, 0, len(table) - 2)
         return self.domain[0] + (sums[k] + _lengths(self.curve, table[k], parameters)) / self.speed

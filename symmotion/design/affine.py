@@ -13,10 +13,12 @@ from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
 from symmotion.design.question import (
     Groups,
+    apart_keyframes,
     as_constraints,
     assembled,
     by_keyframe,
     keyframe_groups,
+    keyframe_notes,
     other_keyframes,
     rates_at_ends,
     require_start,
@@ -29,7 +31,7 @@ from symmotion.errors import InputError
 from symmotion.jets.linear import JetKernel, LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
-from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
+from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.program import Block, BlockEvaluator, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
@@ -59,7 +61,9 @@ def affine_program(
     condition (HJK 4) and to the constraints. Where the objective does not see the translation, that
     keeps its interpolating spline.
 
-    keys: `Keyframes`. objective: an energy or weighted sum of energies, Rigidity() when left out.
+    keys: `Keyframes`, a millionth of the median step apart or more; `program.notes` names those closer than a
+    thousandth, and those of opposite orientations.
+    objective: an energy or weighted sum of energies, Rigidity() when left out.
     constraints: conditions on the jet (`Jet`), each with multipliers under its name.
     degree: at least 1. refine: knots inserted in every segment, equally spaced, beside the
     simple knots at the keyframe times; or `knots`, the inner knots in increasing order, instead.
@@ -72,7 +76,7 @@ def affine_program(
     repeat or contradict each other.
     """
     began = perf_counter()
-    keys = as_keyframes(keys)
+    keys = apart_keyframes(keys)
     energy, asked = as_objective(objective, RIGIDITY), as_constraints(constraints)
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
     inner = refined_times(keys.times, refine)[1:-1] if knots is None else placed_knots(knots, keys.times)
@@ -145,6 +149,10 @@ class AffineDesign:
         if not (near or self.constraints or any(k.reads(0, slice(d * d, None)) for k in self._kernels)):
             origin[d * d :] = centre
         return origin
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return keyframe_notes(self.keyframes.times, self.keyframes.linear)
 
     @property
     def basis(self) -> BSplineBasis:

@@ -12,13 +12,14 @@ from symmotion import checks
 from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
 from symmotion.curves import Curve
 from symmotion.design.affine import represent
-from symmotion.design.question import as_constraints, assembled, require_rates, require_times
+from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_rates, require_times
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Bending, Energy
 from symmotion.errors import InputError
 from symmotion.jets.linear import LinearSpace, curve_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.motions import Keyframes
+from symmotion.motions.crowding import require_apart
 from symmotion.program import Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
@@ -45,7 +46,8 @@ def curve_program(
 ) -> "Program[CurveDesign]":
     """The curve of least ∫ ‖x⁽ᵏ⁾‖² dt, or otherwise best, under conditions at given times, as a program.
 
-    keys: `Keyframes`, whose translations the curve passes under the name "keyframes"; or conditions, made by
+    keys: `Keyframes`, as far apart as in `affine_program`, whose translations the curve passes under the name
+    "keyframes"; or conditions at times of any distance, those that agree up to rounding being the same, made by
     `CurveCondition.at`, `.between`, `.norm_below`, `.closed`, `.linked`; each keeps its multipliers under its
     name, in the shape of its values. constraints: more of them, and any `JetConstraint` of a `CurveJet`.
     objective: an energy or weighted sum of energies of the jet, Bending(order) when left out; order: k = 1, 2 or 3.
@@ -99,6 +101,7 @@ def curve_program(
 def _asked(keys: object, constraints: object) -> tuple[tuple[CurveCondition, ...], tuple[MotionConstraint, ...]]:
     """The conditions that are linear in the curve, those of the keyframes first, and all others."""
     if isinstance(keys, Keyframes):
+        require_apart(keys.times)
         first: tuple[MotionConstraint, ...] = (CurveCondition.at(keys.times, keys.translation, name=KEYFRAMES),)
     else:
         first = tuple(keys) if isinstance(keys, Iterable) and not isinstance(keys, str | bytes) else ()
@@ -226,6 +229,11 @@ class CurveDesign:
     breaks: np.ndarray
 
     __getstate__ = made_of
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        first = self.conditions[0]
+        return keyframe_notes(first.times[:, 0]) if first.name == KEYFRAMES else ()
 
     @cached_property
     def shape(self) -> tuple[int, ...]:

@@ -15,13 +15,14 @@ from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, 
 from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import ControlSpace
 from symmotion.design.control_start import carried, motion_of
-from symmotion.design.question import as_constraints, assembled, require_start, require_times
+from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_start, require_times
 from symmotion.design.terms import as_objective, closed_expression, expression_of, parts_of
 from symmotion.energies import Energy, JetEnergy, Torque
 from symmotion.errors import InputError
 from symmotion.jets import RigidJet, rotation
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Keyframes
+from symmotion.motions.crowding import require_apart
 from symmotion.motions.quaternions import OrientationKeys, QuaternionMotion
 from symmotion.motions.quaternions.algebra import Signs, conjugate, to_rotation
 from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
@@ -70,7 +71,7 @@ def orientation_program(
     costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
 
     keys: rigid `Keyframes` in space, whose rotations are taken; or times (M,) increasing, beside
-        quaternions: (M, 4) scalar first, or a SciPy `Rotation`.
+        quaternions: (M, 4) scalar first, or a SciPy `Rotation`. As far apart as in `affine_program`.
     objective: an energy or weighted sum of energies of the jet (`RigidJet`), Torque() when left out.
     constraints: conditions on the jet, each with multipliers under its name.
     degree: at least 2. refine: knots inserted in every keyframe interval, equally spaced, beside the simple knots
@@ -85,6 +86,7 @@ def orientation_program(
     asked = as_constraints(constraints)
     energy = as_objective(objective, TORQUE)
     given = OrientationKeys.of(keys, quaternions, turns, signs)
+    require_apart(given.times)
     design = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates)
     return replace(design.program(), build_seconds=perf_counter() - began)
 
@@ -127,6 +129,10 @@ class OrientationDesign:
         return design
 
     __getstate__ = made_of
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return keyframe_notes(self.keys.times)
 
     @cached_property
     def setting(self) -> Setting:

@@ -20,6 +20,7 @@ from symmotion.energies import Energy, TrajectoryEnergy
 from symmotion.errors import InputError
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Keyframes, PoseMotion
+from symmotion.motions.crowding import require_apart
 from symmotion.motions.quaternions import OrientationKeys
 from symmotion.motions.quaternions.algebra import Signs
 from symmotion.program import Constraint, Multipliers, Program
@@ -63,6 +64,7 @@ def pose_program(
     began = perf_counter()
     asked = as_constraints(constraints)
     given = OrientationKeys.of(keys, quaternions, turns, signs)
+    require_apart(given.times)
     if isinstance(keys, Keyframes) and translation is None:
         translation = keys.translation
     points = checks.array(translation, (len(given), 3), "translation")
@@ -101,6 +103,10 @@ class PoseDesign:
     start: np.ndarray
 
     __getstate__ = made_of
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return self.turning.notes
 
     @cached_property
     def setting(self) -> Setting:

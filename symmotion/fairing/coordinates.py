@@ -89,7 +89,7 @@ class Box:
         if region is None:
             return Box((0, jumps.u.count), (0, jumps.v.count))
         try:
-            intervals = np.array(region, dtype=float).reshape(len(motion.bases), 2)
+            intervals = checks.numbers(region, "region").reshape(len(motion.bases), 2)
         except (TypeError, ValueError):
             needed = "(a, b)" if len(motion.bases) == 1 else "((a, b), (c, d)), intervals of u and v"
             raise InputError(f"region {region!r}: {needed} is needed") from None

@@ -100,7 +100,7 @@ def read_gltf_keyframes(
         a, v = _local(nodes[k], read[k], keys)
         linear, translation = a @ linear, v + np.einsum("nij,nj->ni", a, translation)
     try:
-        return Keyframes(keys if times is None else np.asarray(times), linear, translation)
+        return Keyframes(keys if times is None else times, linear, translation)
     except InputError as error:
         raise InputError(f"{path}, node {_name(nodes[index])}: {error}") from None
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from symmotion.curves.timing import solutions
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions
-from symmotion.motions.motion import matrix
+from symmotion.motions.motion import matrix, trajectory
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
 from symmotion.pictures import as_html, plot_positions
@@ -155,11 +155,8 @@ class RationalMotion:
         """The nu-th derivative at times t: linear t.shape + (3, 3), translation t.shape + (3,)."""
         return positions(lambda k: self.pair(t, k[0]), (nu,))
 
-    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
-        return self(t, nu)(points)
-
     matrix = matrix
+    trajectory = trajectory
     save = save
     plot = plot_positions
     _repr_html_ = as_html
@@ -235,11 +232,8 @@ class CurveMotion:
         linear = sum(p.linear * f[..., None, None] for p, f in parts)
         return Affine(np.asarray(linear), np.asarray(sum(p.translation * f[..., None] for p, f in parts)))
 
-    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
-        return self(t, nu)(points)
-
     matrix = matrix
+    trajectory = trajectory
     save = save
     plot = plot_positions
     _repr_html_ = as_html

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from symmotion.checks import numbers, read_only, whole
+from symmotion.checks import floats, numbers, read_only, whole
 from symmotion.errors import InputError
-from symmotion.splines.instants import inside, require_steps, unified
+from symmotion.splines.instants import inside, require_steps, rounding_in, unified
 from symmotion.values import value
 
 
@@ -45,8 +45,9 @@ class BSplineBasis:
         if (steps < 0).any():
             k = int(np.argmax(steps < 0))
             raise InputError(f"knots decrease from {knots[k]:g} to {knots[k + 1]:g} at knot {k + 1}")
+        if ((steps > 0) & (steps <= rounding_in(knots[0], knots[-1]))).any():
+            knots = unified(knots, marks=knots[[0, -1, degree, -degree - 1]])
         ends = knots[[degree, -degree - 1]]
-        knots = unified(knots, marks=ends)
         crowded = knots[degree + 1 :] == knots[: -degree - 1]
         if crowded.any():
             k = int(np.argmax(crowded))
@@ -64,13 +65,13 @@ class BSplineBasis:
     @staticmethod
     def clamped(breakpoints, degree: int) -> "BSplineBasis":
         """The basis with simple knots at increasing `breakpoints`, the end ones repeated degree + 1 times."""
-        b = np.asarray(breakpoints, dtype=float)
+        b = floats(breakpoints, "breakpoints")
         return BSplineBasis(np.concatenate([np.full(degree, b[0]), b, np.full(degree, b[-1])]), degree)
 
     @staticmethod
     def closed(breakpoints, degree: int) -> "BSplineBasis":
         """The periodic basis with simple knots at increasing `breakpoints`; the last is the first, a period later."""
-        b = np.asarray(breakpoints, dtype=float)
+        b = floats(breakpoints, "breakpoints")
         if b.size <= degree:
             raise InputError(f"a periodic basis of degree {degree} needs more than {degree} spans, not {b.size - 1}")
         period = b[-1] - b[0]
@@ -105,7 +106,7 @@ class BSplineBasis:
 
         A time that misses an end of the domain by its rounding counts to the span there, and is evaluated as it is.
         """
-        t = np.asarray(t, dtype=float)
+        t = floats(t, "parameters")
         a, b = self.domain
         there = inside(t, (a, b))
         if not there.all():
@@ -120,7 +121,7 @@ class BSplineBasis:
         t: (N,) in the domain. Returns their indices (N, degree + 1), in order of time, and
         values (N, degree + 1): Cox–de Boor, whose last nu steps differentiate.
         """
-        t = np.atleast_1d(np.asarray(t, dtype=float))
+        t = np.atleast_1d(floats(t, "parameters"))
         span = self.spans(t)
         values = np.ones((t.size, 1))
         for q in range(1, self.degree + 1):
@@ -155,7 +156,7 @@ class BSplineBasis:
         """The basis with the knots `new` inserted, each inside the domain; a value given twice counts twice."""
         if self.periodic:
             raise InputError("knot insertion takes a clamped basis")
-        new = np.atleast_1d(np.asarray(new, dtype=float))
+        new = np.atleast_1d(floats(new, "knots"))
         self.spans(new)
         return BSplineBasis(np.sort(np.concatenate([self.knots, new])), self.degree)
 

@@ -12,13 +12,14 @@ SUMS = 1e-12
 SHORTEST, LONGEST = 1e-30, 1e30
 
 
-def rounding(domain: ArrayLike) -> float:
-    """By how much two times in a domain may differ and be the same: max(4 ε max |t|, 1e-12 (b − a)).
-
-    domain: its ends, or any times in it.
-    """
-    a, b = float(np.min(domain)), float(np.max(domain))
+def rounding_in(a: float, b: float) -> float:
+    """By how much two times in [a, b] may differ and be the same: max(4 ε max(|a|, |b|), 1e-12 (b − a))."""
     return max(NEIGHBOURS * max(abs(a), abs(b)), SUMS * (b - a))
+
+
+def rounding(times: ArrayLike) -> float:
+    """By how much two times may differ and be the same, in the interval that these span."""
+    return rounding_in(float(np.min(times)), float(np.max(times)))
 
 
 def same_times(one: ArrayLike, other: ArrayLike, domain: ArrayLike | None = None) -> bool:
@@ -35,8 +36,7 @@ def unified(times: ArrayLike, marks: ArrayLike = ()) -> np.ndarray:
 
     Afterwards == says which are the same.
 
-    >>> unified([0.1 + 0.2, 0.3, 1.0], marks=[0.3]).tolist()
-    [0.3, 0.3, 1.0]
+        unified([0.1 + 0.2, 0.3, 1.0], marks=[0.3])  # 0.3, 0.3, 1.0
     """
     given, first = np.array(times, dtype=float), np.ravel(np.asarray(marks, dtype=float))
     every = np.concatenate([first, given.ravel()])
@@ -60,7 +60,7 @@ def distinct(times: ArrayLike, marks: ArrayLike = ()) -> np.ndarray:
 
 def inside(times: np.ndarray, domain: tuple[float, float]) -> np.ndarray:
     """(…) which times lie in a domain, its ends met up to rounding."""
-    slack = rounding(domain)
+    slack = rounding_in(*domain)
     return (times >= domain[0] - slack) & (times <= domain[1] + slack)
 
 

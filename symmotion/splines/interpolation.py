@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu, spsolve
 
-from symmotion.checks import choice, numbers
+from symmotion.checks import choice, floats, numbers
 from symmotion.errors import InputError
 from symmotion.splines.basis import BSplineBasis
 from symmotion.splines.instants import distinct, require_steps
@@ -41,6 +41,8 @@ def check_times(times, what: str = "keyframe") -> np.ndarray:
 
 def _seconds(times, what: str) -> np.ndarray:
     """Numbers as they are, dates and durations as seconds since the first."""
+    if np.ma.is_masked(times):
+        return numbers(times, "times")
     try:
         given = np.asarray(times)
     except ValueError:
@@ -158,7 +160,8 @@ def closest(basis: BSplineBasis, spline: Spline, times) -> Spline:
     This carries a start value into a space of another degree: it is exact where the space
     holds `spline`, and stays smooth where it does not. Solved as one sparse saddle system.
     """
-    require_schoenberg_whitney(basis, np.asarray(times, dtype=float))
+    times = floats(times, "times")
+    require_schoenberg_whitney(basis, times)
     order = min(2, basis.degree)
     # Products of two m-th derivatives have degree at most 2 max(p) − 2m on the spans of both splines together.
     merged = BSplineBasis.clamped(distinct([*spline.basis.breakpoints, *basis.breakpoints], basis.breakpoints), 1)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only, whole
+from symmotion.checks import floats, numbers, read_only, whole
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
+from symmotion.motions.motion import as_points
 from symmotion.motions.position import homogeneous
 from symmotion.motions.quaternions.algebra import Signs, aligned, as_quaternions, conjugate, exp, log, product, rotate
 from symmotion.motions.quaternions.curve import Frame, QuaternionJet, checked_frame, turning
@@ -29,7 +30,7 @@ NODES = 40
 
 def slerp(a: ArrayLike, b: ArrayLike, u: ArrayLike) -> np.ndarray:
     """a exp(u log(a⁻¹ b)), the geodesic from a to b (…, 4), scalar first, at u (…) in [0, 1] and beyond (KKS (3))."""
-    return product(a, exp(np.asarray(u, dtype=float)[..., None] * log(product(conjugate(a), b))))
+    return product(a, exp(floats(u, "u")[..., None] * log(product(conjugate(a), b))))
 
 
 @value
@@ -116,8 +117,8 @@ class SegmentCurve:
         return homogeneous(turning(self, t, nu), float(nu == 0))
 
     def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative (0 to 2) of the paths of body points (P, 3) at times t: shape t.shape + (P, 3)."""
-        return turning(self, t, nu)(np.atleast_2d(points))
+        """The nu-th derivative (0 to 2) of the paths of body points (P, 3), P = 1 for one: t.shape + (P, 3)."""
+        return turning(self, t, nu)(as_points(points))
 
     save = save
     plot = plot_rates
