@@ -20,6 +20,7 @@ from symmotion.jets.nets import NetSpace
 from symmotion.jets.space import JetSpace, Places, block_of
 from symmotion.jets.written import jets_of_all_kinds
 from symmotion.program import Constraint, ParameterPlace
+from symmotion.splines.instants import distinct, unified
 from symmotion.values import restore, same_fields, settle
 
 DENSITY = 8  # times in each span at which what has to hold everywhere is held
@@ -75,21 +76,23 @@ class Setting:
     def inside_spans(self, density: int, name: str) -> np.ndarray:
         """`density` times inside every span, at the middles of equal parts: at a knot two spans would say the same."""
         checks.whole(density, 1, f"{name}: density")
-        a, b = self.domain
+        breaks = distinct(np.concatenate([s.breakpoints for s in self.spaces]))
+        a, b = unified(self.domain, breaks)
         if not a < b:
             raise InputError(f"{name}: the motions have no times in common: give at, tuples of a time for each body")
-        breaks = np.unique(np.concatenate([s.breakpoints for s in self.spaces]))
         breaks = breaks[(breaks >= a) & (breaks <= b)]
         inside = (np.arange(density) + 0.5) / density
         return (breaks[:-1, None] + np.diff(breaks)[:, None] * inside).ravel()
 
     def inside(self, times: np.ndarray, name: str) -> np.ndarray:
-        """The times; InputError that names the first outside the domain."""
-        return _inside(times, self.domain, name)
+        """The times, those that are a keyframe's up to rounding put there; InputError for the first outside."""
+        return _placed(times, self.domain, self.times, name)
 
 
-def _inside(times: np.ndarray, domain: tuple[float, float], name: str) -> np.ndarray:
+def _placed(times: np.ndarray, domain: tuple[float, float], marks: np.ndarray, name: str) -> np.ndarray:
+    """The times, put on the ends of the domain and on marks that they agree with up to rounding."""
     a, b = domain
+    times = unified(times, [a, b, *marks])
     outside = ~((times >= a) & (times <= b))
     if outside.any():
         raise InputError(f"{name}: time {times[outside][0]} is outside the motion's domain [{a:g}, {b:g}]")
@@ -249,6 +252,10 @@ class JetConstraint(MotionConstraint):
         """How many jets the function takes, as far as its times tell."""
         return self.at.shape[1] if isinstance(self.at, np.ndarray) and self.at.ndim == 2 else 1
 
+    def put_on(self, marks: np.ndarray) -> "JetConstraint":
+        """The same constraint, its times put on marks (K,) that they agree with up to rounding."""
+        return self if self.at is None else replace(self, at=unified(np.asarray(self.at), marks))
+
     def orders(self, space: LinearSpace) -> list[tuple[int, ...]]:
         """The derivative orders that the function reads of each of its jets, in a space of curves."""
         out = self._expression([space.symbols(k) for k in range(self.slots)], *self._symbols())
@@ -313,9 +320,10 @@ class JetConstraint(MotionConstraint):
             times = np.atleast_1d(times)
             times = times[:, None] if times.ndim < 2 else times
             spaces = [setting.space] * times.shape[1]
-        for space, column in zip(spaces, times.T, strict=True):
-            _inside(column, space.domain, self.name)
-        return spaces, times, lead
+        # A knot is met from the right, which a time that rounding has put before it would not be.
+        columns = zip(spaces, times.T, strict=True)
+        placed = [_placed(column, space.domain, space.breakpoints, self.name) for space, column in columns]
+        return spaces, np.stack(placed, axis=1), lead
 
     def _of_net(self, space: NetSpace) -> tuple[list[JetSpace], np.ndarray, tuple[int, ...]]:
         """As `_spread`, at the parameters (u, v) of a net, or of a curve."""
@@ -326,8 +334,7 @@ class JetConstraint(MotionConstraint):
             lead, pairs = pairs.shape[:1], np.atleast_1d(pairs).reshape(-1, 1)
         else:
             lead, pairs = pairs.shape[:-1] if pairs.ndim > 1 else (), np.atleast_2d(pairs)
-        space.require_inside(pairs, self.name)
-        return [space], pairs[:, None, :], lead
+        return [space], space.placed(pairs, self.name)[:, None, :], lead
 
     def _expression(self, jets: Sequence[AnyJet], data: Sequence[ca.SX], numbers: Sequence[ca.SX]) -> ca.SX:
         handed = self._handed(data, numbers)

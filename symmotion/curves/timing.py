@@ -8,12 +8,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, whole
+from symmotion.checks import floats, numbers, whole
 from symmotion.curves.bezier import bezier, check_domain
 from symmotion.curves.series import compose, product, reciprocal, root, taylor
 from symmotion.errors import InputError
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
+from symmotion.splines.instants import distinct, inside
 from symmotion.values import value
 
 
@@ -110,7 +111,7 @@ class ArcParameter:
 
     def preimages(self, parameters) -> np.ndarray:
         """(N,) the new parameters of parameters of the curve."""
-        parameters = np.atleast_1d(np.asarray(parameters, dtype=float))
+        parameters = np.atleast_1d(floats(parameters, "parameters"))
         table, sums = self._table
         k = np.clip(np.searchsorted(table, parameters, side="right") - 1, 0, len(table) - 2)
         return self.domain[0] + (sums[k] + _lengths(self.curve, table[k], parameters)) / self.speed
@@ -166,8 +167,7 @@ class Retimed:
         if ends.shape != (2,):
             raise InputError("a time warp must be a curve of scalars")
         a, b = self.curve.domain
-        slack = 1e-12 * max(abs(a), abs(b), b - a)
-        if not ((ends >= a - slack) & (ends <= b + slack)).all():
+        if not inside(ends, (a, b)).all():
             raise InputError(
                 f"the warp leads from {ends[0]:g} to {ends[1]:g}, which is not in the curve's domain [{a:g}, {b:g}]"
             )
@@ -187,7 +187,7 @@ class Retimed:
         if isinstance(self.warp, ArcParameter):
             return self.warp.breakpoints if self.warp.curve == self.curve else self.warp.preimages(inner)
         times = [self.warp.breakpoints, *(solutions(self.warp, value) for value in inner)]
-        return _distinct(np.concatenate(times))
+        return distinct(np.concatenate(times), self.domain)
 
     def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
         """The nu-th derivative at t; raises InputError outside the domain, `extrapolate` or not."""
@@ -241,7 +241,7 @@ def slow_in_out(
         raise InputError(f"values {values!r}: the two values that the warp leads from and to are needed")
     # Greville points of the controls on the line of constant speed, which crosses 0 and 1 half-way through the ramps.
     u = np.array([s for s in (slow_in, 1 - slow_out) if 0 < s < 1])
-    knots = np.concatenate([np.zeros(3), _distinct(u) if u.size else u, np.ones(3)])
+    knots = np.concatenate([np.zeros(3), distinct(u), np.ones(3)])
     greville = (knots[1:-2] + knots[2:-1]) / 2
     line = (greville - slow_in / 2) / (1 - (slow_in + slow_out) / 2)
     # A ramp keeps its first two controls at the end value, which makes the speed zero there.
@@ -258,10 +258,9 @@ def smooth_step(order: int = 1, domain: tuple[float, float] = (0.0, 1.0)) -> Spl
 def _inside(t: ArrayLike, domain: tuple[float, float]) -> np.ndarray:
     """t as an array, brought into the domain where only rounding leads out of it; else InputError."""
     t, (a, b) = numbers(t, "times"), domain
-    slack = 1e-12 * max(abs(a), abs(b), b - a)
-    inside = (t >= a - slack) & (t <= b + slack)
-    if not inside.all():
-        raise InputError(f"parameter {t[~inside].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
+    there = inside(t, domain)
+    if not there.all():
+        raise InputError(f"parameter {t[~there].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
     return np.clip(t, a, b)
 
 
@@ -274,9 +273,3 @@ def solutions(warp: Spline, value: float) -> np.ndarray:
     polynomials = PPoly.from_spline(BSpline(plain.basis.knots, plain.control_points, plain.degree))
     times = np.asarray(polynomials.solve(value, discontinuity=False, extrapolate=False))
     return np.clip(times[np.isfinite(times)], a, b)
-
-
-def _distinct(times: np.ndarray) -> np.ndarray:
-    """The times in order, without those that repeat one up to rounding."""
-    times = np.unique(times)
-    return times[np.concatenate([[True], np.diff(times) > 1e-12 * max(np.abs(times).max(), 1e-300)])]

@@ -20,6 +20,7 @@ from symmotion.design.question import (
     rates_at_ends,
     require_start,
     require_times,
+    require_volume,
 )
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
@@ -28,6 +29,7 @@ from symmotion.jets import Jet
 from symmotion.jets.linear import LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
+from symmotion.motions.crowding import opposite_note, require_apart
 from symmotion.program import Block, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
@@ -62,8 +64,10 @@ def fit_program(
     squares of the residuals times √(2/(1 + √(1 + s_i/δ²))), so that both the exact Hessian and a
     Gauss–Newton matrix are at hand. The start is the spline of least squares.
 
-    keys: the samples, `Keyframes`. controls: how many, their knots at equal numbers of samples; or `knots`, the
-    inner knots. objective: an energy or a weighted sum of energies that smooths; nothing when left out.
+    keys: the samples, `Keyframes`. They may crowd, but for exact ones: no motion passes through them. `program.notes`
+    names those of opposite orientations.
+    controls: how many, their knots at equal numbers of samples; or `knots`, the inner knots.
+    objective: an energy or a weighted sum of energies that smooths; nothing when left out.
     constraints: conditions on the jet (`Jet`), as in `affine_program`. ends: what holds at the ends: "natural"
     (nothing), "clamped" with `end_rates` (linear (2, d, d), translation (2, d)), or "periodic", the closed motion.
     weights: (M,) not negative, ones when left out; zero leaves a sample out.
@@ -91,6 +95,10 @@ def fit_program(
     basis = fit_basis(samples.times, used, degree, controls, knots)
     require_determined(basis, samples.times, used)
     require_free(basis, samples.times, kept)
+    if len(kept) > 1:
+        require_apart(samples.times[kept], "exact samples", kept)
+    if energy is not None:
+        require_volume(energy, samples, used)
     start = _least_squares(basis, samples, used, weights)
     at_ends = {"clamped": [EndRates(rates)], "periodic": [Periodic()]}.get(ends, [])
     conditions = (*met, *at_ends, *asked)
@@ -129,6 +137,12 @@ class FitDesign:
     def space(self) -> LinearSpace:
         d = self.samples.dimension
         return affine_space(self.basis, d, d * d + d)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        # Samples may crowd: they are not met.
+        note = opposite_note(self.samples.linear[np.union1d(self.followed, self.exact)])
+        return () if note is None else (note,)
 
     @property
     def setting(self) -> Setting:

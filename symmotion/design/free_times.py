@@ -15,10 +15,12 @@ from symmotion.design.affine import RIGIDITY, refined_times, represent
 from symmotion.design.moving_space import MovingSpace, local_derivative, local_symbols
 from symmotion.design.question import (
     Groups,
+    apart_keyframes,
     as_constraints,
     assembled,
     by_keyframe,
     keyframe_groups,
+    keyframe_notes,
     other_keyframes,
     rates_at_ends,
     require_start,
@@ -31,11 +33,13 @@ from symmotion.jets import Jet
 from symmotion.jets.linear import affine_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
-from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
+from symmotion.motions import Affine, AffineMotion, Keyframes
+from symmotion.motions.crowding import require_apart
 from symmotion.program import Block, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
+from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, same_times
+from symmotion.splines.instants import rounding
 
 LEAST_SHARE = 0.02
 
@@ -60,8 +64,9 @@ def free_times_program(
     1/T and R*, E as 1/T³ with the total time T, so that without it there is no minimum. The knots
     move with the times: simple ones at the keyframes, `refine` more at equal steps in every segment.
 
-    keys: `Keyframes`, M ≥ 3, their times are the start. objective: Rigidity() when left out. constraints: conditions
-    on the jet (`Jet`); a time in one is a place between keyframes, told by the times of the start, and moves with them.
+    keys: `Keyframes`, M ≥ 3, their times are the start, as far apart as in `affine_program`.
+    objective: Rigidity() when left out. constraints: conditions on the jet (`Jet`); a time in one is a place between
+    keyframes, told by the times of the start, and moves with them.
     ends: what holds at the ends: "natural" (nothing) or "clamped" with `end_rates`. knots: none can be given, for they
     move. least_step: in the unit of time, a fiftieth of
     the mean step when left out. The order is an inequality and the keyframes are nonlinear
@@ -73,7 +78,7 @@ def free_times_program(
     `design.times(x)` and `design.keyframes_at(x)` read the times.
     """
     began = perf_counter()
-    keyframes, asked = as_keyframes(keys), as_constraints(constraints)
+    keyframes, asked = apart_keyframes(keys), as_constraints(constraints)
     energy = as_objective(objective, RIGIDITY)
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine")
     if knots is not None:
@@ -84,9 +89,10 @@ def free_times_program(
         raise InputError(f"{m} keyframes have no inner time: at least 3 are needed")
     mean = (times[-1] - times[0]) / (m - 1)
     least = LEAST_SHARE * mean if least_step is None else checks.positive(least_step, "least_step")
-    if not 0 < least < mean:
+    slack = rounding(times)
+    if not 0 < least < mean - slack:
         raise InputError(f"least_step {least:g}: between 0 and the mean step, {mean:g}, is needed, both excluded")
-    short = np.diff(times) <= least
+    short = np.diff(times) <= least + slack
     if short.any():
         i = int(np.argmax(short))
         raise InputError(
@@ -122,6 +128,10 @@ class FreeTimesDesign:
     def space(self) -> MovingSpace:
         ends = refined_times(self.keyframes.times, self.refine)
         return MovingSpace(self.degree, self.channels, self.keyframes.dimension, ends, self.unit)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return keyframe_notes(self.keyframes.times, self.keyframes.linear)
 
     @property
     def setting(self) -> Setting:
@@ -235,7 +245,7 @@ class FreeTimesDesign:
     def unknowns(self, motion: AffineMotion) -> dict[str, np.ndarray]:
         """The unknowns that represent a motion: exactly where its space is one of these, else at the start's times."""
         require_start(motion, AffineMotion, self.keyframes.dimension)
-        ends = np.allclose(motion.domain, self.keyframes.times[[0, -1]])
+        ends = same_times(motion.domain, self.keyframes.times[[0, -1]])
         if not (ends and motion.degree == self.degree and len(motion.basis.breakpoints) == self.spans + 1):
             basis = BSplineBasis.clamped(refined_times(self.keyframes.times, self.refine), self.degree)
             spline = represent(basis, motion.spline, self.keyframes.times)
@@ -257,6 +267,7 @@ class FreeTimesDesign:
         keyframes = other_keyframes(keyframes, self.keyframes)
         if len(keyframes) != len(self.keyframes):
             raise InputError(f"{keyframes!r} for a program of {self.keyframes!r}")
-        if not np.array_equal(keyframes.times[[0, -1]], self.keyframes.times[[0, -1]]):
+        if not same_times(keyframes.times[[0, -1]], self.keyframes.times[[0, -1]]):
             raise InputError("with_keyframes keeps the first and the last time; make a new program for others")
+        require_apart(keyframes.times)
         return replace(self, keyframes=keyframes).program()

@@ -63,6 +63,10 @@ class JoinedDesign:
         return {**made_of(self), "constraints": tuple(c.written_for(*jets) for c in self.constraints)}
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        return tuple(f"{body}: {note}" for body, p in self.programs.items() for note in p.notes)
+
+    @property
     def _settings(self) -> list[Setting]:
         return [p.design.setting for p in self.programs.values() if isinstance(p.design, Spaced)]
 

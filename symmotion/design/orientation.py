@@ -15,20 +15,22 @@ from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, 
 from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import ControlSpace
 from symmotion.design.control_start import carried, motion_of
-from symmotion.design.question import as_constraints, assembled, require_start, require_times
+from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_start, require_times
 from symmotion.design.terms import as_objective, closed_expression, expression_of, parts_of
 from symmotion.energies import Energy, JetEnergy, Torque
 from symmotion.errors import InputError
 from symmotion.jets import RigidJet, rotation
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Keyframes
+from symmotion.motions.crowding import require_apart
 from symmotion.motions.quaternions import OrientationKeys, QuaternionMotion
 from symmotion.motions.quaternions.algebra import Signs, conjugate, to_rotation
 from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
 from symmotion.program import Block, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis
+from symmotion.splines import BSplineBasis, same_times
+from symmotion.splines.instants import distinct
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
@@ -69,7 +71,7 @@ def orientation_program(
     costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
 
     keys: rigid `Keyframes` in space, whose rotations are taken; or times (M,) increasing, beside
-        quaternions: (M, 4) scalar first, or a SciPy `Rotation`.
+        quaternions: (M, 4) scalar first, or a SciPy `Rotation`. As far apart as in `affine_program`.
     objective: an energy or weighted sum of energies of the jet (`RigidJet`), Torque() when left out.
     constraints: conditions on the jet, each with multipliers under its name.
     degree: at least 2. refine: knots inserted in every keyframe interval, equally spaced, beside the simple knots
@@ -84,6 +86,7 @@ def orientation_program(
     asked = as_constraints(constraints)
     energy = as_objective(objective, TORQUE)
     given = OrientationKeys.of(keys, quaternions, turns, signs)
+    require_apart(given.times)
     design = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates)
     return replace(design.program(), build_seconds=perf_counter() - began)
 
@@ -126,6 +129,10 @@ class OrientationDesign:
         return design
 
     __getstate__ = made_of
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return keyframe_notes(self.keys.times)
 
     @cached_property
     def setting(self) -> Setting:
@@ -184,7 +191,7 @@ class OrientationDesign:
         """The unknowns closest to a curve: its own controls where the space is the same."""
         require_start(motion, QuaternionMotion, 3)
         basis = self.space.basis
-        if motion.degree == basis.degree and np.array_equal(motion.basis.knots, basis.knots):
+        if motion.degree == basis.degree and same_times(motion.basis.knots, basis.knots):
             return {UNKNOWN: motion.control_points.copy()}
         return {UNKNOWN: carried(motion, basis)[0].control_points.copy()}
 
@@ -229,7 +236,7 @@ def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike 
     degree, refine = checks.whole(degree, 2, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
     breaks = refined_times(times, refine)
     if knots is not None:
-        inner = checks.times(knots, "knots")
+        inner = distinct(checks.times(knots, "knots"), times)
         if inner[0] <= times[0] or inner[-1] >= times[-1]:
             raise InputError(f"knots: all lie inside the domain ({times[0]:g}, {times[-1]:g})")
         breaks = np.concatenate([times[:1], inner, times[-1:]])

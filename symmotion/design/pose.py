@@ -20,12 +20,13 @@ from symmotion.energies import Energy, TrajectoryEnergy
 from symmotion.errors import InputError
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Keyframes, PoseMotion
+from symmotion.motions.crowding import require_apart
 from symmotion.motions.quaternions import OrientationKeys
 from symmotion.motions.quaternions.algebra import Signs
 from symmotion.program import Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import Spline, closest, cubic_interpolant
+from symmotion.splines import Spline, closest, cubic_interpolant, same_times
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
@@ -63,6 +64,7 @@ def pose_program(
     began = perf_counter()
     asked = as_constraints(constraints)
     given = OrientationKeys.of(keys, quaternions, turns, signs)
+    require_apart(given.times)
     if isinstance(keys, Keyframes) and translation is None:
         translation = keys.translation
     points = checks.array(translation, (len(given), 3), "translation")
@@ -102,6 +104,10 @@ class PoseDesign:
 
     __getstate__ = made_of
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return self.turning.notes
+
     @cached_property
     def setting(self) -> Setting:
         return replace(self.turning.setting, translation=self.translation)
@@ -138,7 +144,7 @@ class PoseDesign:
         """The unknowns of a motion over the same knots."""
         require_start(motion, PoseMotion, 3)
         basis = self.turning.space.basis
-        if not np.array_equal(motion.translation.basis.knots, basis.knots):
+        if not same_times(motion.translation.basis.knots, basis.knots):
             raise InputError("a start for a pose program has the knots of the program")
         turning = self.turning.unknowns(motion.orientation)[UNKNOWN]
         return {UNKNOWN: np.concatenate([turning, motion.translation.control_points], axis=1)}

@@ -1,6 +1,6 @@
 """Keyframes out of the node animations of glTF files."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from symmotion.files.keys import HermiteKeys
 from symmotion.motions import Keyframes
 from symmotion.motions.interpolants import slerp
 from symmotion.motions.quaternions.algebra import rotate
+from symmotion.splines.instants import distinct, unified
 
 PATHS = {"translation": 3, "rotation": 4, "scale": 3}
 AT_REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
@@ -91,15 +92,23 @@ def read_gltf_keyframes(
             # Samplers may share their data, so that a small file can ask for much.
             if count > MOST_KEYS:
                 raise sampler.fault(f"more than {MOST_KEYS:g} keys in all move node {_name(nodes[index])}")
-    keys = np.unique(np.concatenate([c.times for part in read.values() for c in part.values()]))
+    every = np.concatenate([c.times for part in read.values() for c in part.values()])
+    keys = distinct(every)
+    read = {k: {n: _put_on(c, keys) for n, c in part.items()} for k, part in read.items()}
     linear, translation = np.tile(np.eye(3), (len(keys), 1, 1)), np.zeros((len(keys), 3))
     for k in chain:
         a, v = _local(nodes[k], read[k], keys)
         linear, translation = a @ linear, v + np.einsum("nij,nj->ni", a, translation)
     try:
-        return Keyframes(keys if times is None else np.asarray(times), linear, translation)
+        return Keyframes(keys if times is None else times, linear, translation)
     except InputError as error:
         raise InputError(f"{path}, node {_name(nodes[index])}: {error}") from None
+
+
+def _put_on(channel: Channel, keys: np.ndarray) -> Channel:
+    """The channel with its keys at those of the whole animation that they agree with up to rounding."""
+    times = unified(channel.times, keys)
+    return replace(channel, times=times) if (np.diff(times) > 0).all() else channel
 
 
 def _name(node: Place) -> str:

@@ -127,6 +127,14 @@ class Staged(Protocol):
         ...
 
 
+@runtime_checkable
+class Noted(Protocol):
+    """A design with something to say of what it was given, which it takes all the same."""
+
+    @property
+    def notes(self) -> tuple[str, ...]: ...
+
+
 @dataclass(frozen=True, eq=False)
 class Program(Generic[DesignT]):
     """Minimise Σ terms over the unknowns, subject to constraints that keep their multipliers.
@@ -221,6 +229,11 @@ class Program(Generic[DesignT]):
     @cached_property
     def upper(self) -> np.ndarray:
         return np.concatenate([c.upper.ravel() for c in self.constraints]) if self.constraints else np.empty(0)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What there is to say of what the program was given: of keyframes that crowd, or that reflect each other."""
+        return self.design.notes if isinstance(self.design, Noted) else ()
 
     @property
     def equalities_only(self) -> bool:
@@ -340,6 +353,7 @@ class Program(Generic[DesignT]):
             where = f", sampled at {c.block.count} times" if c.sampled else ""
             lines.append(f"  constraint  {_describe(c.block)}; {c.size} multipliers, {kind}{where}")
         lines += [f"  parameter   {name}: {np.array2string(v, precision=6)}" for name, v in self.parameters.items()]
+        lines += [f"  note        {note}" for note in self.notes]
         return "\n".join(lines)
 
     __repr__ = __str__

@@ -2,6 +2,7 @@
 
 from symmotion.splines.basis import BSplineBasis
 from symmotion.splines.cumulative import cumulative
+from symmotion.splines.instants import same_times, unified
 from symmotion.splines.interpolation import check_times, closest, cubic_interpolant, least_squares
 from symmotion.splines.quadrature import gauss
 from symmotion.splines.spline import Spline
@@ -15,4 +16,6 @@ __all__ = [
     "cumulative",
     "gauss",
     "least_squares",
+    "same_times",
+    "unified",
 ]

@@ -204,7 +204,7 @@ MATRIX = "[[1, 0], [0, 1]]"
         ("a.tum", POSE + "1 0 0 0 0 0 0 0\n", "a.tum, line 2: a quaternion of norm 0: unit quaternions"),
         ("a.tum", POSE + "1 0 0 0 0 0 0 1.002\n", "a.tum, line 2: a quaternion of norm 1.002"),
         ("a.tum", "#\n3.2" + POSE[1:] + "\n3.2" + POSE[1:],
-         "a.tum, line 4: time 3.2 repeats that of line 2: times must increase"),
+         "a.tum, line 4: time 3.2 repeats that of line 2: times must increase; leave one of them out"),
         ("a.tum", POSE + "-1" + POSE[1:], "a.tum, line 2: time -1.0 comes before that of line 1"),
         ("a.tum", b"0 0 \xff", "a.tum: is not UTF-8 text .* save it as UTF-8"),
         ("a.txt", "#\n1 2 3\n", "a.txt, line 2: 3 columns; 8 make it tum and 12 kitti"),

@@ -221,7 +221,7 @@ def test_archives_of_other_things(tmp_path):
         (lambda: SPATIAL(-1.0, 0.5), "u: parameter -1 is outside"),
         (lambda: SPATIAL(0.0, [0.0, 99.0]), "v: parameter 99 is outside"),
         (lambda: SPATIAL(0.0, 0.0, (-1, 0)), "derivative orders"),
-        (lambda: SPATIAL.trajectory([1.0, 2.0], 0.0, 0.0), r"\(2,\): \(3,\) or \(P, 3\)"),
+        (lambda: SPATIAL.trajectory([1.0, 2.0], 0.0, 0.0), r"\(1, 2\): \(3,\) or \(P, 3\)"),
         (lambda: spatial.boundary("w0"), "side 'w0' is unknown"),
         (lambda: SPATIAL.isoparametric(), "one of u and v"),
         (lambda: SPATIAL.along(Spline(BSplineBasis.clamped([0.0, 1.0], 1), np.zeros((2, 3)))), "u and v"),
