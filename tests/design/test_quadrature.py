@@ -32,14 +32,14 @@ def test_strain_of_a_motion_that_is_nearly_singular_has_ten_digits(least):
 
 @pytest.mark.parametrize("least", [0.0, -0.1])
 def test_strain_of_a_singular_motion_is_refused_with_its_times(least):
-    with pytest.raises(sm.InputError, match="S has no value between times 0 and 1: at time 0.*A is singular"):
+    with pytest.raises(sm.InputError, match=r"S has no value between times 0 and 1: at time 0.*A is singular"):
         sm.measure(squeezed(least), sm.StrainRate())
 
 
 def test_the_digits_of_what_is_too_rough_are_told():
     line = sm.curves.bezier([[0.0], [1.0]])
     rough = sm.JetEnergy(lambda jet: 1 + 1e-3 * ca.sin(1e7 * jet.x[0]))
-    with pytest.raises(sm.SolveError, match="custom is .* digits only"):
+    with pytest.raises(sm.SolveError, match=r"custom is .* digits only"):
         sm.measure(line, rough)
 
 
