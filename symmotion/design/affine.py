@@ -1,7 +1,7 @@
 """Affine motions through keyframes, as programs."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
+from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
     Groups,
     apart_keyframes,
@@ -32,7 +33,7 @@ from symmotion.jets.linear import JetKernel, LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes
-from symmotion.program import Block, BlockEvaluator, Constraint, Multipliers, Program
+from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant, unified
@@ -133,6 +134,8 @@ class AffineDesign:
     objective: Energy
     start: Spline
     constraints: tuple[MotionConstraint, ...] = ()
+    # By term, Gauss nodes per span where they are not those that the start needs.
+    nodes: Mapping[str, int] = field(default_factory=dict)
 
     __getstate__ = made_of
 
@@ -184,7 +187,7 @@ class AffineDesign:
         start = {UNKNOWN: self._unknowns(self.start)}
         controls = self.start.control_points.copy()
         controls[:, : self.channels] = start[UNKNOWN] + self.origin[: self.channels]
-        terms = terms_of(self.objective, self.space, controls)
+        terms = terms_of(self.objective, self.space, controls, self.nodes)
         given = [self._interpolation(*group) for group in self._given]
         lengths = {UNKNOWN: slice(self.keyframes.dimension**2, None)}
         return assembled(start, terms, given, self.constraints, self.setting, self, lengths)
@@ -229,14 +232,21 @@ class AffineDesign:
         """
         return by_keyframe(multipliers, self._given, self.keyframes)
 
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(program, x, self.objective, self.motion(program.unpack(x)), self.keyframes.times)
+
+    def refined(self, program: "Program[AffineDesign]", x: np.ndarray) -> "Program[AffineDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        return replace(self, nodes={**self.nodes, **nodes}).program().with_parameters(**program.parameters)
+
     def quadrature_errors(self, motion: AffineMotion, program: Program) -> dict[str, float]:
-        """By term, how much twice as many Gauss nodes change its value: zero up to rounding where it is exact."""
-        controls, errors = motion.spline.control_points, {}
-        for kernel, (_, weight, _), block in zip(self._kernels, parts_of(self.objective), program.terms, strict=True):
-            finer = kernel.integral(block.name, self.space, 2 * block.nodes, weight)
-            values = [BlockEvaluator(b).value(b.rows(controls)) for b in (block, finer)]
-            errors[block.name] = abs(values[1] - values[0])
-        return errors
+        """By term, by how much its nodes miss the integral along a motion of the program; `quadratures` says more."""
+        found = self.quadratures(program, program.pack(self.unknowns(motion)))
+        return {name: q.error for name, q in found.items()}
 
     def with_keyframes(self, program: "Program[AffineDesign]", keyframes: Keyframes) -> "Program[AffineDesign]":
         """The program for other keyframes; structure and kernels are kept where the times are the same."""

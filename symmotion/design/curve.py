@@ -1,7 +1,7 @@
 """Motion curves of least ∫ ‖x⁽ᵏ⁾‖² under conditions at given times, as programs."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -12,6 +12,7 @@ from symmotion import checks
 from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
 from symmotion.curves import Curve
 from symmotion.design.affine import represent
+from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_rates, require_times
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Bending, Energy
@@ -20,7 +21,7 @@ from symmotion.jets.linear import LinearSpace, curve_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.motions import Keyframes
 from symmotion.motions.crowding import require_apart
-from symmotion.program import Constraint, Multipliers, Program
+from symmotion.program import Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, same_times, unified
@@ -227,6 +228,8 @@ class CurveDesign:
     order: int
     basis: BSplineBasis
     breaks: np.ndarray
+    # By term, Gauss nodes per span where they are not those that the start needs.
+    nodes: Mapping[str, int] = field(default_factory=dict)
 
     __getstate__ = made_of
 
@@ -262,7 +265,7 @@ class CurveDesign:
         if not self.constraints:
             self._require_determined()
         start = self._start()
-        terms = terms_of(self.objective, self.space, start)
+        terms = terms_of(self.objective, self.space, start, self.nodes)
         lengths = {UNKNOWN: slice(None)}
         return assembled({UNKNOWN: start}, terms, given, self.constraints, self.setting, self, lengths)
 
@@ -364,6 +367,17 @@ class CurveDesign:
             )
         spline = spline.elevated(max(0, self.basis.degree - spline.degree))
         return {UNKNOWN: represent(self.basis, spline, self.basis.greville).control_points.reshape(self.basis.n, -1)}
+
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(program, x, self.objective, self.motion(program.unpack(x)), self.setting.times)
+
+    def refined(self, program: "Program[CurveDesign]", x: np.ndarray) -> "Program[CurveDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        return replace(self, nodes={**self.nodes, **nodes}).program().with_parameters(**program.parameters)
 
     def with_keyframes(self, program: "Program[CurveDesign]", keyframes: Keyframes) -> "Program[CurveDesign]":
         """The program for other keyframes at the same times."""

@@ -1,7 +1,7 @@
 """Motion fitting: few controls that follow many samples (HJK 2.3, application 4), as programs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -13,6 +13,7 @@ from symmotion import checks
 from symmotion.constraints import EndRates, ExactSamples, MotionConstraint, Periodic, Setting
 from symmotion.design.fit_space import fit_basis, require_determined, require_free
 from symmotion.design.independence import require_independent
+from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
     as_constraints,
     built,
@@ -30,7 +31,7 @@ from symmotion.jets.linear import LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.motions.crowding import opposite_note, require_apart
-from symmotion.program import Block, Multipliers, Program
+from symmotion.program import Block, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline
@@ -121,6 +122,8 @@ class FitDesign:
     huber: float | None
     exact: np.ndarray
     constraints: tuple[MotionConstraint, ...] = ()
+    # By term, Gauss nodes per span where they are not those that the start needs.
+    nodes: Mapping[str, int] = field(default_factory=dict)
 
     __getstate__ = made_of
 
@@ -154,7 +157,7 @@ class FitDesign:
         start = {UNKNOWN: self.start.control_points}
         terms = [self._data_term()] if len(self.followed) else []
         if self.objective:
-            terms += terms_of(self.objective, self.space, self.start.control_points)
+            terms += terms_of(self.objective, self.space, self.start.control_points, self.nodes)
         lengths, given = {UNKNOWN: slice(self.samples.dimension**2, None)}, built(self.constraints, self.setting, [])
         program = Program(start, tuple(terms), tuple(given), self, lengths=lengths)
         if any(not isinstance(c, ExactSamples) for c in self.constraints):
@@ -220,6 +223,17 @@ class FitDesign:
         d = self.samples.dimension
         shaped = np.asarray(multipliers.get(EXACT, np.empty((0, d * d + d))))
         return {**multipliers, EXACT: Affine(shaped[:, : d * d].reshape(-1, d, d), shaped[:, d * d :])}
+
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(program, x, self.objective, self.motion(program.unpack(x)), self.samples.times)
+
+    def refined(self, program: "Program[FitDesign]", x: np.ndarray) -> "Program[FitDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        return replace(self, nodes={**self.nodes, **nodes}).program().with_parameters(**program.parameters)
 
     def with_keyframes(self, program: "Program[FitDesign]", keyframes: Keyframes) -> "Program[FitDesign]":
         """The program for other samples at the same times; structure and kernels are kept."""

@@ -1,7 +1,7 @@
 """Keyframe times as unknowns: the best motion through keyframes over their inner times too, as programs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -13,6 +13,7 @@ from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Setting
 from symmotion.design.affine import RIGIDITY, refined_times, represent
 from symmotion.design.moving_space import MovingSpace, local_derivative, local_symbols
+from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
     Groups,
     apart_keyframes,
@@ -35,7 +36,7 @@ from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.motions.crowding import require_apart
-from symmotion.program import Block, Constraint, Multipliers, Program
+from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, same_times
@@ -114,6 +115,8 @@ class FreeTimesDesign:
     refine: int
     least_step: float
     constraints: tuple[MotionConstraint, ...] = ()
+    # By term, Gauss nodes per span where they are not those that the start needs.
+    nodes: Mapping[str, int] = field(default_factory=dict)
 
     __getstate__ = made_of
 
@@ -160,7 +163,8 @@ class FreeTimesDesign:
         still = affine_space(motion.basis, d, d * d + d)
         terms = []
         for name, weight, energy in parts_of(self.objective):
-            nodes = nodes_for(energy, weight, still, motion.spline.control_points)
+            known = self.nodes.get(name)
+            nodes = known or nodes_for(energy, weight, still, motion.spline.control_points)
             _, squares = closed_expression(energy, weight, self.space.symbols())
 
             def expression(jet: Jet, e: Energy = energy, w: float = weight) -> ca.SX:
@@ -261,6 +265,17 @@ class FreeTimesDesign:
             "order": multipliers["order"][:, 0] / self.unit,
             "knots": multipliers["knots"][:, 0] / self.unit,
         }
+
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(program, x, self.objective, self.motion(program.unpack(x)), self.times(x))
+
+    def refined(self, program: "Program[FreeTimesDesign]", x: np.ndarray) -> "Program[FreeTimesDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        return replace(self, nodes={**self.nodes, **nodes}).program().with_parameters(**program.parameters)
 
     def with_keyframes(self, program: "Program[FreeTimesDesign]", keyframes: Keyframes) -> "Program[FreeTimesDesign]":
         """The program for other keyframes over the same time, started from theirs; compiled kernels are kept."""

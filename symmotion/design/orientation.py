@@ -1,7 +1,7 @@
 """Orientation motions through keyframes, least torque first of all, as programs on control quaternions."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -15,18 +15,20 @@ from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, 
 from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import ControlSpace
 from symmotion.design.control_start import carried, motion_of
+from symmotion.design.integrals import integrand
+from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_start, require_times
 from symmotion.design.terms import as_objective, closed_expression, expression_of, parts_of
-from symmotion.energies import Energy, JetEnergy, Torque
+from symmotion.energies import Energy, Torque
 from symmotion.errors import InputError
 from symmotion.jets import RigidJet, rotation
 from symmotion.jets.space import UNKNOWN, block_of
-from symmotion.motions import Keyframes
+from symmotion.motions import Keyframes, PoseMotion
 from symmotion.motions.crowding import require_apart
 from symmotion.motions.quaternions import OrientationKeys, QuaternionMotion
 from symmotion.motions.quaternions.algebra import Signs, conjugate, to_rotation
 from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
-from symmotion.program import Block, Constraint, Multipliers, Program
+from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, same_times
@@ -36,7 +38,6 @@ if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
 
 TORQUE = Torque()
-RIGID_NODES = 6  # Gauss nodes per span of terms that do not say how many they need
 
 RENAMED = {
     "inertia": "objective=Torque(inertia)",
@@ -102,6 +103,8 @@ class OrientationDesign:
     end_rates: np.ndarray | None
     start: QuaternionMotion
     space: ControlSpace
+    # By term, Gauss nodes per span where they are not those that the start needs.
+    nodes: Mapping[str, int] = field(default_factory=dict)
 
     @staticmethod
     def of(
@@ -145,11 +148,17 @@ class OrientationDesign:
         """The program of this question."""
         controls = {UNKNOWN: self.start.control_points.copy()}
         given = self.given()
-        return assembled(controls, self.terms(), given, self.constraints, self.setting, self)
+        return assembled(controls, self.terms(self.start), given, self.constraints, self.setting, self)
 
-    def terms(self) -> tuple[Block, ...]:
-        """The objective's terms."""
-        return tuple(rigid_term(self.space, name, weight, energy) for name, weight, energy in parts_of(self.objective))
+    def terms(self, start: QuaternionMotion | PoseMotion) -> tuple[Block, ...]:
+        """The objective's terms, their nodes enough for the motion that the program starts from."""
+        found = []
+        for name, weight, energy in parts_of(self.objective):
+            nodes = self.nodes.get(name) or energy.nodes(self.space.basis.degree)
+            if name not in self.nodes and not energy.stated:
+                nodes = integrand(start, energy).nodes(nodes)
+            found.append(rigid_term(self.space, name, weight, energy, nodes))
+        return tuple(found)
 
     @cached_property
     def held(self) -> np.ndarray:
@@ -202,6 +211,17 @@ class OrientationDesign:
             shaped[self.held] = multipliers["keyframes"]
         return {**multipliers, "keyframes": shaped}
 
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(program, x, self.objective, self.motion(program.unpack(x)), self.keys.times)
+
+    def refined(self, program: "Program[OrientationDesign]", x: np.ndarray) -> "Program[OrientationDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        return replace(self, nodes={**self.nodes, **nodes}).program().with_parameters(**program.parameters)
+
     def with_keyframes(
         self, program: "Program[OrientationDesign]", keyframes: "Keyframes | tuple[ArrayLike, Rotations] | Rotations"
     ) -> "Program[OrientationDesign]":
@@ -243,13 +263,11 @@ def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike 
     return (BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped)(breaks, degree)
 
 
-def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy) -> Block:
-    """An energy as a term over a quaternion curve or a pose."""
+def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy, nodes: int) -> Block:
+    """An energy as a term over a quaternion curve or a pose, by Gauss nodes on every span."""
     _, squares = closed_expression(energy, weight, space.symbols())
-    stated = isinstance(energy, Torque) or (isinstance(energy, JetEnergy) and energy.exact)
-    nodes = energy.nodes(space.basis.degree) if stated else RIGID_NODES
 
     def expression(jet: RigidJet) -> ca.SX:
         return expression_of(energy, weight, jet)[0]
 
-    return space.integral(name, expression, squares, nodes, weight, whole=isinstance(energy, Torque))
+    return space.integral(name, expression, squares, nodes, weight, whole=isinstance(energy, Torque) and energy.stated)

@@ -14,6 +14,7 @@ from symmotion import checks
 from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.control_start import motion_of
 from symmotion.design.orientation import RENAMED, TORQUE, OrientationDesign
+from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, require_start, require_times
 from symmotion.design.terms import as_objective, closed_expression, parts_of
 from symmotion.energies import Energy, TrajectoryEnergy
@@ -23,7 +24,7 @@ from symmotion.motions import Keyframes, PoseMotion
 from symmotion.motions.crowding import require_apart
 from symmotion.motions.quaternions import OrientationKeys
 from symmotion.motions.quaternions.algebra import Signs
-from symmotion.program import Constraint, Multipliers, Program
+from symmotion.program import Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import Spline, closest, cubic_interpolant, same_times
@@ -118,7 +119,9 @@ class PoseDesign:
         turning = self.turning
         given = [*turning.given(), *self._places()]
         start, lengths = {UNKNOWN: controls}, {UNKNOWN: slice(4, None)}
-        return assembled(start, turning.terms(), given, turning.constraints, self.setting, self, lengths)
+        return assembled(
+            start, turning.terms(self.motion(start)), given, turning.constraints, self.setting, self, lengths
+        )
 
     @cached_property
     def placed(self) -> np.ndarray:
@@ -155,6 +158,20 @@ class PoseDesign:
         if "translation" in multipliers:
             placed[self.placed] = multipliers["translation"]
         return {**self.turning.multipliers(multipliers), "translation": placed}
+
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(
+            program, x, self.turning.objective, self.motion(program.unpack(x)), self.turning.keys.times
+        )
+
+    def refined(self, program: "Program[PoseDesign]", x: np.ndarray) -> "Program[PoseDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.turning.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        turning = replace(self.turning, nodes={**self.turning.nodes, **nodes})
+        return replace(self, turning=turning).program().with_parameters(**program.parameters)
 
     def with_keyframes(
         self, program: "Program[PoseDesign]", keyframes: "Keyframes | tuple[ArrayLike, Rotations, ArrayLike]"

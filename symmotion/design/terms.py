@@ -1,6 +1,6 @@
 """Energies as terms of programs: their kernels, and how many nodes their integrals need."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 import casadi as ca
@@ -11,10 +11,8 @@ from symmotion.energies import Energy, JetEnergy
 from symmotion.errors import InputError
 from symmotion.jets.jet import AnyJet, as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import JetKernel, LinearSpace
-from symmotion.program import Block, BlockEvaluator
+from symmotion.program import QUADRATURE, Block, BlockEvaluator
 
-# Relative change of an integral between a node count and twice as many that counts as none.
-QUADRATURE = 1e-10
 MOST_NODES = 40
 
 T = TypeVar("T")
@@ -102,7 +100,7 @@ def kept(energy: Energy, key: object, make: Callable[[], T]) -> T:
 def nodes_for(energy: Energy, weight: float, space: LinearSpace, controls: np.ndarray) -> int:
     """Gauss nodes per span for an energy: the exact number, or enough at these controls to 1e-10."""
     nodes, kernel = energy.nodes(space.basis.degree), kernel_of(energy, weight, space)
-    while not energy.exact and nodes < MOST_NODES:
+    while not (energy.exact or energy.stated) and nodes < MOST_NODES:
         value, finer = (_value(kernel.integral(energy.name, space, n, 1.0), controls) for n in (nodes, 2 * nodes))
         if not abs(finer - value) > QUADRATURE * abs(finer):  # not a number counts as enough: nothing to refine
             break
@@ -110,10 +108,16 @@ def nodes_for(energy: Energy, weight: float, space: LinearSpace, controls: np.nd
     return nodes
 
 
-def terms_of(objective: Energy, space: LinearSpace, controls: np.ndarray) -> list[Block]:
-    """The terms of an objective over a linear space, their nodes enough at these controls (n, width)."""
+def terms_of(
+    objective: Energy, space: LinearSpace, controls: np.ndarray, nodes: Mapping[str, int] | None = None
+) -> list[Block]:
+    """The terms of an objective over a linear space, their nodes enough at these controls (n, width).
+
+    nodes: by term, where they are known.
+    """
+    known = nodes or {}
     return [
-        kernel_of(e, w, space).integral(name, space, nodes_for(e, w, space, controls), w)
+        kernel_of(e, w, space).integral(name, space, known.get(name) or nodes_for(e, w, space, controls), w)
         for name, w, e in parts_of(objective)
     ]
 

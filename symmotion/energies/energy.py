@@ -49,13 +49,22 @@ class Energy:
         return ca.sumsqr(residuals)
 
     def nodes(self, degree: int) -> int:
-        """Gauss nodes per span for a motion of this degree."""
+        """Gauss nodes per span for a motion of this degree, in every kind of program those to begin with.
+
+        A program takes more of them until ten digits of its start's value are right, and `program.refined` those of a
+        solution; not where `exact` or `stated` says that these are the ones to take.
+        """
         return 2 * degree
 
     @property
     def exact(self) -> bool:
-        """Whether `nodes` integrates exactly; where not, programs choose the number by the error."""
-        return True
+        """Whether `nodes` are enough where the coordinates are splines, the integrand being a polynomial of them."""
+        return False
+
+    @property
+    def stated(self) -> bool:
+        """Whether `nodes` are taken as they are, whatever the error: it is told in the solution."""
+        return False
 
     @property
     def divides_by_volume(self) -> bool:
@@ -151,7 +160,7 @@ class JetEnergy(Energy):
     function: from a jet to a scalar φ, or, with `squares`, to a column of residuals whose
         sum of squares is φ (preferred where it exists: the solver then has a Gauss–Newton matrix).
     label: its name in programs and reports.
-    gauss_nodes: per span; when left out, as many as the quadrature error asks for; six for quaternion curves.
+    gauss_nodes: per span; when left out, as many as the quadrature error asks for.
 
         JetEnergy(lambda jet: jet.ddv, squares=True, label="acceleration of the origin")
     """
@@ -195,5 +204,5 @@ class JetEnergy(Energy):
         return self.gauss_nodes or 2 * degree
 
     @property
-    def exact(self) -> bool:
+    def stated(self) -> bool:
         return self.gauss_nodes is not None

@@ -19,16 +19,18 @@ class Torque(Energy):
     inertia: J, (3, 3) symmetric positive definite or (3,) principal moments, none of which exceeds the sum of the
     other two (they are ∫ y² + z² dm, ∫ z² + x² dm, ∫ x² + y² dm of a body); the identity when left out, which makes
     it the energy ∫ ‖Ω̇‖² dt of the angular acceleration. Unit: (unit of J)² rad²/time³.
-    gauss_nodes: per span; the integrand is no polynomial, except about a single axis.
+    gauss_nodes: per span; the integrand is no polynomial, except about a single axis. None: as many as ten digits
+        need.
 
         Torque((1.0, 2.0, 2.5)) + 0.1 * TrajectoryEnergy([[0.3, 0.0, 0.0]])
     """
 
     inertia: ArrayLike | None = None
-    gauss_nodes: int = 6
+    gauss_nodes: int | None = 6
 
     def __post_init__(self):
-        checks.whole(self.gauss_nodes, 1, "Gauss nodes")
+        if self.gauss_nodes is not None:
+            checks.whole(self.gauss_nodes, 1, "Gauss nodes")
         if self.inertia is not None:
             object.__setattr__(self, "inertia", checks.read_only(as_inertia(self.inertia)))
 
@@ -45,4 +47,8 @@ class Torque(Energy):
         return jet.acceleration if self.plain else jet.torque(as_inertia(self.inertia))
 
     def nodes(self, degree: int) -> int:
-        return self.gauss_nodes
+        return self.gauss_nodes or 2 * degree
+
+    @property
+    def stated(self) -> bool:
+        return self.gauss_nodes is not None

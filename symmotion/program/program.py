@@ -13,6 +13,7 @@ from scipy import sparse
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.program.block import WHOLE, Block
+from symmotion.program.quadrature import Quadrature
 from symmotion.program.state import made_of
 
 MotionT = TypeVar("MotionT", covariant=True)
@@ -133,6 +134,20 @@ class Noted(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]: ...
+
+
+@runtime_checkable
+class Integrated(Protocol):
+    """A design whose terms are integrals by Gauss nodes, of which there can be more."""
+
+    def quadratures(self, program: "Program", x: np.ndarray) -> Mapping[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        ...
+
+    # Any: the program's design is of the same kind.
+    def refined(self, program: "Program[Any]", x: np.ndarray) -> "Program[Any] | None":
+        """The program with as many nodes as ten digits need at x (unknowns,); None where it has them, or can have."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,6 +319,16 @@ class Program(Generic[DesignT]):
         if not isinstance(self.design, Staged):
             raise InputError(f"{type(self.design).__name__} has no stages by {by!r}: solve the program at once")
         return [stage.with_parameters(**self.parameters) for stage in self.design.stages(by)]
+
+    def refined(self, x: np.ndarray) -> "Program[DesignT]":
+        """The program with the Gauss nodes per span that ten digits of the objective need at x (unknowns,).
+
+        Itself where they are right, or where all terms have nodes that are stated. The unknowns and the conditions are
+        the same: `solver.solve(program.refined(solution.x), start=solution.x)` goes on from a solution.
+        """
+        x = checks.array(x, (self.unknowns,), "x")
+        finer = self.design.refined(self, x) if isinstance(self.design, Integrated) else None
+        return self if finer is None else finer
 
     # Any: symbols or arrays, by the key.
     def nlp(self) -> dict[str, Any]:
