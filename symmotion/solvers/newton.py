@@ -219,9 +219,10 @@ class Straight:
 
     def rest(self, point: Point, factor: AnyFactor) -> None:
         """One more step from a minimum: the factor is there, and it squares the error for one gradient."""
-        if factor is None:
+        step = self._last(point, factor)
+        if step is None:
             return
-        x = self.x + self.journal.timed(self.system.step, factor, point.gradient)
+        x = self.x + step
         gradient = self.evaluator.gradient(x)
         better = largest(self.system.reduced(gradient))
         if better < point.row.stationarity:
@@ -230,6 +231,17 @@ class Straight:
             self.journal.log.append(replace(row, theta=1.0, step=1.0))
             objective = self.evaluator.objective(x)
             self.journal.add(replace(row, objective=objective, stationarity=better, inertia="positive"))
+
+    def _last(self, point: Point, factor: AnyFactor) -> np.ndarray | None:
+        """The step of the exact Hessian, None where it is not positive definite along the conditions."""
+        system, timed = self.system, self.journal.timed
+        if factor is not None:
+            return timed(system.step, factor, point.gradient)
+        # What is factorised for the steps does not pivot, and may fail where the matrix is regular.
+        hessian = self.matrix(1.0)
+        if isinstance(system, Saddle) and timed(system.curvature, hessian).inertia == "positive":
+            return timed(system.pivoted_step, hessian, point.gradient)
+        return None
 
     def _length(self, step: np.ndarray, slope: float, exact: bool) -> tuple[float, float]:
         """The length of a step and the objective there: the first minimum with `exact`, else the first of 1, ½, ¼, …"""

@@ -73,14 +73,16 @@ class HessianTriangle:
             column = local[1][:, None, None] * stride + channel
             # The blocks are those with a ≤ b; inside one on the diagonal half the entries are mirror images.
             entries.append(np.where(row <= column, column * n + row, n * n).ravel())
-        if len(entries) == 1:
+        # Multiples of the identity go to unknowns too that no term reads.
+        unread = np.setdiff1d(np.arange(n) * (n + 1), np.concatenate(entries))
+        if len(entries) == 1 and not len(unread):
             order = np.argsort(entries[0], kind="stable")
             keys = entries[0][order]
             targets = [np.empty(len(order), dtype=np.intp)]
             targets[0][order] = np.arange(len(order))
         else:
-            keys, places = np.unique(np.concatenate([*entries, [n * n]]), return_inverse=True)
-            targets = np.split(places[:-1], np.cumsum([len(e) for e in entries[:-1]]))
+            keys, places = np.unique(np.concatenate([*entries, unread, [n * n]]), return_inverse=True)
+            targets = np.split(places, np.cumsum([len(e) for e in entries]))[:-1]
         size = int(np.searchsorted(keys, n * n))
         targets = [np.minimum(t, size) for t in targets]
         columns, rows = np.divmod(keys[:size], n)
