@@ -12,10 +12,10 @@ from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.descent import LEAST, Enough, Point, descend
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.options import require_kernels, require_limits
-from symmotion.solvers.solution import Iteration, Solution
+from symmotion.solvers.solution import Iteration, Solution, Status
 from symmotion.solvers.solver import conclude, require_equalities, start_multipliers, start_vector
 from symmotion.solvers.sqp import Curved
-from symmotion.systems import AnyFactor, AnySystem, Condensed, Saddle, largest, shifted, system_of, tenfold
+from symmotion.systems import AnyFactor, AnySystem, Condensed, Saddle, conflicting, largest, shifted, system_of, tenfold
 
 # A Gauss–Newton matrix may be only semidefinite (motions that stay rigid to first order cost nothing):
 # the first multiple of the identity tried then, relative to the diagonal.
@@ -104,6 +104,8 @@ class ExactNewton:
         system = self._system(evaluator, x)
         journal.compiled()
         evaluator.seconds = 0.0
+        if (failure := _contradicted(evaluator, system, x)) is not None:
+            return x, np.zeros(evaluator.program.conditions), failure
         x = system.feasible(x, evaluator.violation(x))
         first = Straight(self.tolerance, evaluator, system, journal, x, blend=True)
         # A start of the caller's own is taken for close to the minimum, where the exact Hessian serves.
@@ -129,6 +131,8 @@ class ExactNewton:
         saddle = Saddle(evaluator.program, evaluator.jacobian(x))
         journal.compiled()
         evaluator.seconds = 0.0
+        if (failure := _contradicted(evaluator, saddle, x)) is not None:
+            return x, np.zeros(evaluator.program.conditions), failure
         multipliers = start_multipliers(evaluator.program, start)
         if multipliers is None:
             multipliers = saddle.multipliers(evaluator.gradient(x))
@@ -146,6 +150,13 @@ class ExactNewton:
         if condensed is None:
             raise InputError('the conditions of this program do not decouple: use system="sparse" or insert more knots')
         return condensed
+
+
+def _contradicted(evaluator: Evaluator, system: AnySystem, x: np.ndarray) -> Failure | None:
+    """What is wrong where conditions depend on each other at x and cannot hold together."""
+    if isinstance(system, Saddle) and not system.independent and conflicting(evaluator.program, x, evaluator):
+        return Status.FAILED, "the saddle system is singular"
+    return None
 
 
 class Straight:

@@ -179,7 +179,9 @@ class _Inspection:
         """The saddle system of the conditions that press."""
         program = self.program
         if program.equalities_only and program.linear:
-            return system_of(program, self.evaluator, self.x)
+            system = system_of(program, self.evaluator, self.x)
+            if not isinstance(system, Saddle) or system.independent:
+                return system
         rows = self.rows[0]
         return Saddle(program, self.jacobian[rows] if len(rows) < program.conditions else self.jacobian)
 

@@ -197,6 +197,15 @@ class Saddle:
         """(unknowns,) the Newton step along the conditions by a factorisation with pivots, whatever the inertia."""
         return splu(self.matrix(flat)).solve(np.concatenate([-gradient, np.zeros(self.m)]))[: self.n]
 
+    @property
+    def independent(self) -> bool:
+        """Whether no condition follows from the others, or contradicts them, to first order and up to rounding."""
+        try:
+            pivots = np.abs(self._normal.U.diagonal()) if self._normal is not None else np.ones(1)
+        except InputError:
+            return False
+        return bool(pivots.min() > EPS * self.m * pivots.max())
+
     def solve(self, factor: SaddleFactor, rhs: np.ndarray) -> np.ndarray:
         """(unknowns + conditions,) the solution of the saddle system, refined once."""
         exact, regular = factor
