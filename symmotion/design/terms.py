@@ -25,7 +25,9 @@ def as_objective(objective: Energy | None, default: Energy) -> Energy:
     if objective is None:
         return default
     if not isinstance(objective, Energy):
-        raise InputError(f"objective {objective!r} is no energy")
+        if isinstance(objective, type):
+            raise InputError(f"objective {objective.__name__} is a class: {objective.__name__}(…) makes one")
+        raise InputError(f"objective {objective!r:.80} is no energy, such as Rigidity()")
     return objective
 
 

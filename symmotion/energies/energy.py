@@ -77,6 +77,10 @@ class Energy:
             return NotImplemented
         return EnergySum(self.parts + other.parts)
 
+    def __radd__(self, other: object) -> "Energy":
+        # What `sum` begins with.
+        return self if other == 0 else NotImplemented
+
     def __sub__(self, other: "Energy") -> "EnergySum":
         if not isinstance(other, Energy):
             return NotImplemented
