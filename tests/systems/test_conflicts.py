@@ -69,6 +69,7 @@ def test_those_are_named_of_which_none_can_be_left_out(program, names):
 def test_a_solution_says_which_conditions_conflict(case, solver, message):
     solution = solver.solve(CASES[case][0])
     assert solution.status != "solved"
+    assert solution.certificate.degenerate or case not in ("equalities", "keyframes")
     with pytest.raises(sm.SolveError, match=message):
         solution.require()
 
