@@ -21,6 +21,7 @@ from symmotion.jets.linear import LinearSpace, curve_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.motions import Keyframes
 from symmotion.motions.crowding import require_apart
+from symmotion.motions.keyframes import require_no_path
 from symmotion.program import Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
@@ -105,6 +106,7 @@ def _asked(keys: object, constraints: object) -> tuple[tuple[CurveCondition, ...
         require_apart(keys.times)
         first: tuple[MotionConstraint, ...] = (CurveCondition.at(keys.times, keys.translation, name=KEYFRAMES),)
     else:
+        require_no_path(keys, "keys")
         first = tuple(keys) if isinstance(keys, Iterable) and not isinstance(keys, str | bytes) else ()
         if not first or not all(isinstance(c, MotionConstraint) for c in first):
             raise InputError("conditions: a sequence of one CurveCondition or more is needed, or Keyframes")

@@ -64,6 +64,7 @@ def orientation_program(
     end_rates: ArrayLike | None = None,
     turns: ArrayLike | None = None,
     signs: Signs = "align",
+    scalar_first: bool = True,
 ) -> "Program[OrientationDesign]":
     """The orientation motion of least torque, or otherwise best, through keyframes: KKS 6.1 leave it open.
 
@@ -72,7 +73,8 @@ def orientation_program(
     costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
 
     keys: rigid `Keyframes` in space, whose rotations are taken; or times (M,) increasing, beside
-        quaternions: (M, 4) scalar first, or a SciPy `Rotation`. As far apart as in `affine_program`.
+        quaternions: (M, 4), scalar first unless `scalar_first` says else, or a SciPy `Rotation`. As far apart as in
+            `affine_program`.
     objective: an energy or weighted sum of energies of the jet (`RigidJet`), Torque() when left out.
     constraints: conditions on the jet, each with multipliers under its name.
     degree: at least 2. refine: knots inserted in every keyframe interval, equally spaced, beside the simple knots
@@ -86,7 +88,7 @@ def orientation_program(
     began = perf_counter()
     asked = as_constraints(constraints)
     energy = as_objective(objective, TORQUE)
-    given = OrientationKeys.of(keys, quaternions, turns, signs)
+    given = OrientationKeys.of(keys, quaternions, turns, signs, scalar_first=scalar_first)
     require_apart(given.times)
     design = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates)
     return replace(design.program(), build_seconds=perf_counter() - began)

@@ -50,6 +50,7 @@ def pose_program(
     end_rates: ArrayLike | None = None,
     turns: ArrayLike | None = None,
     signs: Signs = "align",
+    scalar_first: bool = True,
 ) -> "Program[PoseDesign]":
     """The rigid motion of least torque and bending, or otherwise best, through poses, as one program.
 
@@ -57,17 +58,21 @@ def pose_program(
     keyframe, and the constraints.
 
     keys: rigid `Keyframes` in space; or times (M,), beside quaternions: (M, 4) scalar first, or a
-        `Rotation`, and translation: (M, 3).
+        `Rotation`, and translation: (M, 3); or a `RigidTransform`, which has both.
     objective: an energy or weighted sum of energies of the jet (`RigidJet`); Torque() plus a TrajectoryEnergy of
         the origin when left out, which is ∫ ‖Ω̇‖² + ‖v̈‖² and leaves position and orientation apart. It has to see the
         translation. The rest is as in `orientation_program`; `end_rates` are those of the turn.
     """
     began = perf_counter()
     asked = as_constraints(constraints)
-    given = OrientationKeys.of(keys, quaternions, turns, signs)
+    given = OrientationKeys.of(keys, quaternions, turns, signs, scalar_first=scalar_first)
     require_apart(given.times)
     if isinstance(keys, Keyframes) and translation is None:
         translation = keys.translation
+    if translation is None:
+        translation = getattr(quaternions, "translation", None)  # of a RigidTransform
+    if translation is None:
+        raise InputError("translation: (M, 3), the places of the keyframes, is needed beside times and rotations")
     points = checks.array(translation, (len(given), 3), "translation")
     energy = as_objective(objective, TORQUE + ORIGIN)
     turning = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates, channels=7)

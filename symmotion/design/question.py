@@ -28,7 +28,9 @@ def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
     found = tuple(constraints)
     for c in found:
         if not isinstance(c, MotionConstraint):
-            raise InputError(f"constraint {c!r} is no condition on a motion")
+            raise InputError(
+                f"constraint {c!r:.80} is no condition on a motion: JetConstraint(lambda jet: …) makes one"
+            )
         if not is_dataclass(c) or "name" not in {f.name for f in fields(c)}:
             raise InputError(f"constraint {type(c).__name__}: a dataclass with a field `name` is needed")
         checks.text(c.name, f"name of the {type(c).__name__}")

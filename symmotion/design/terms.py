@@ -23,7 +23,9 @@ def as_objective(objective: Energy | None, default: Energy) -> Energy:
     if objective is None:
         return default
     if not isinstance(objective, Energy):
-        raise InputError(f"objective {objective!r} is no energy")
+        if isinstance(objective, type):
+            raise InputError(f"objective {objective.__name__} is a class: {objective.__name__}(…) makes one")
+        raise InputError(f"objective {objective!r:.80} is no energy, such as Rigidity()")
     return objective
 
 
@@ -49,10 +51,10 @@ def expression_of(energy: Energy, weight: float, jet: AnyJet) -> tuple[ca.SX, bo
     InputError that names the energy where it cannot be said of such a jet.
     """
     who, kind = f"energy {energy.name}", of_jets([jet])
-    residuals = said(who, kind, lambda: energy.residuals(jet)) if weight > 0 else None
+    residuals = said(who, "", kind, lambda: energy.residuals(jet)) if weight > 0 else None
     if residuals is not None:
         return ca.vec(as_expression(who, residuals)), True
-    out = as_expression(who, said(who, kind, lambda: energy.integrand(jet)))
+    out = as_expression(who, said(who, "", kind, lambda: energy.integrand(jet)))
     if out.numel() != 1:
         raise InputError(
             f"{who} returns shape {out.shape} as integrand: a scalar is needed; a column of residuals, whose squares "

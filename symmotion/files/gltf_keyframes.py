@@ -82,6 +82,18 @@ def read_gltf_keyframes(
     chain = _ancestry(parents, index)
     if not any(k in channels for k in chain):
         raise InputError(f"{path}: node {_name(nodes[index])} does not move; animated are {_listed(nodes, channels)}")
+    read = _read(file, channels, chain, nodes[index])
+    keys = distinct(np.concatenate([c.times for part in read.values() for c in part.values()]))
+    read = {k: {name: _put_on(c, keys) for name, c in part.items()} for k, part in read.items()}
+    linear, translation = _carried(nodes, read, keys)
+    try:
+        return Keyframes(keys if times is None else times, linear, translation)
+    except InputError as error:
+        raise InputError(f"{path}, node {_name(nodes[index])}: {error}") from None
+
+
+def _read(file: GltfFile, channels: Channels, chain: list[int], node: Place) -> dict[int, dict[str, Channel]]:
+    """The channels of a node and of those above it, upwards."""
     read: dict[int, dict[str, Channel]] = {}
     count = 0
     for k in chain:
@@ -91,18 +103,19 @@ def read_gltf_keyframes(
             count += len(read[k][name].times)
             # Samplers may share their data, so that a small file can ask for much.
             if count > MOST_KEYS:
-                raise sampler.fault(f"more than {MOST_KEYS:g} keys in all move node {_name(nodes[index])}")
-    every = np.concatenate([c.times for part in read.values() for c in part.values()])
-    keys = distinct(every)
-    read = {k: {n: _put_on(c, keys) for n, c in part.items()} for k, part in read.items()}
-    linear, translation = np.tile(np.eye(3), (len(keys), 1, 1)), np.zeros((len(keys), 3))
-    for k in chain:
-        a, v = _local(nodes[k], read[k], keys)
+                raise sampler.fault(f"more than {MOST_KEYS:g} keys in all move node {_name(node)}")
+    return read
+
+
+def _carried(
+    nodes: list[Place], read: dict[int, dict[str, Channel]], times: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Linear parts (N, 3, 3) and translations (N, 3) in the scene, of nodes each in the next one's frame."""
+    linear, translation = np.tile(np.eye(3), (len(times), 1, 1)), np.zeros((len(times), 3))
+    for k, channels in read.items():
+        a, v = _local(nodes[k], channels, times)
         linear, translation = a @ linear, v + np.einsum("nij,nj->ni", a, translation)
-    try:
-        return Keyframes(keys if times is None else times, linear, translation)
-    except InputError as error:
-        raise InputError(f"{path}, node {_name(nodes[index])}: {error}") from None
+    return linear, translation
 
 
 def _put_on(channel: Channel, keys: np.ndarray) -> Channel:

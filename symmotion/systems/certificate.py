@@ -180,12 +180,19 @@ class _Inspection:
         return active[np.sort(order[: int((strengths > DEPENDENT * strengths[0]).sum())])], True
 
     @cached_property
+    def shared(self) -> AnySystem | None:
+        """The program's own saddle system, where its conditions are linear equalities independent of each other."""
+        if not (self.program.equalities_only and self.program.linear):
+            return None
+        system = system_of(self.program, self.evaluator, self.x)
+        return system if not isinstance(system, Saddle) or system.independent else None
+
+    @cached_property
     def system(self) -> AnySystem:
         """The saddle system of the conditions that press."""
-        program = self.program
-        if program.equalities_only and program.linear:
-            return system_of(program, self.evaluator, self.x)
-        rows = self.rows[0]
+        if self.shared is not None:
+            return self.shared
+        rows, program = self.rows[0], self.program
         return Saddle(program, self.jacobian[rows] if len(rows) < program.conditions else self.jacobian)
 
     def certificate(self) -> Certificate:
@@ -220,7 +227,7 @@ class _Inspection:
             missed=largest(missed),
             pressing=largest(slack) / weight,
             weak=tuple(name for name, part in program.split(self.weak).items() if part.any()),
-            degenerate=not (program.equalities_only and program.linear) and self.rows[1],
+            degenerate=self.shared is None and self.rows[1],
             quadrature=quadrature,
             unresolved=unresolved,
         )

@@ -162,6 +162,15 @@ def document(**changes):
     return json.dumps({k: v for k, v in entries.items() if v is not None})
 
 
+def test_json_has_one_written_form_and_its_first_one_is_read(tmp_path):
+    write_two_parameter(SPHERICAL, tmp_path / "written.json")
+    SPHERICAL.save(tmp_path / "saved.json")
+    assert (tmp_path / "written.json").read_bytes() == (tmp_path / "saved.json").read_bytes()
+    (tmp_path / "first.json").write_text(document())
+    for name in ("written.json", "first.json"):
+        assert read_two_parameter(tmp_path / name) == sm.load(tmp_path / name) == SPHERICAL
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
