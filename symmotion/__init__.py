@@ -19,11 +19,13 @@ from symmotion import (
     fairing,
     files,
     jets,
+    kernels,
     motions,
     program,
     solvers,
     splines,
     sweeps,
+    systems,
 )
 from symmotion.batches import solve_many
 from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, Velocity
@@ -193,6 +195,7 @@ __all__ = [
     "interpolants",
     "jets",
     "join",
+    "kernels",
     "load",
     "measure",
     "motions",
@@ -207,6 +210,7 @@ __all__ = [
     "solvers",
     "splines",
     "sweeps",
+    "systems",
     "views",
     "write_keyframes",
     "write_motion",

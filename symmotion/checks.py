@@ -89,7 +89,7 @@ def numbers(value: object, what: str) -> np.ndarray:
 
     Text, dates and a lone truth value are no numbers, though they could be read as such.
     """
-    if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
+    if _masked(value):
         raise InputError(f"{what}: entries are masked; leave them out or fill them in")
     nothing = InputError(f"{what}: a {type(value).__name__} is no array of numbers")
     try:
@@ -105,6 +105,11 @@ def numbers(value: object, what: str) -> np.ndarray:
     if floats is None or value is None or (given.dtype.kind == "b" and not given.ndim):
         raise nothing
     return floats
+
+
+def floats(value: object, what: str) -> np.ndarray:
+    """As `numbers`, but an array of floats itself: for what is read and not kept."""
+    return value if type(value) is np.ndarray and value.dtype == np.float64 else numbers(value, what)
 
 
 def index(value: object, count: int, what: str) -> int:
@@ -152,6 +157,13 @@ def read_only(value: np.ndarray) -> np.ndarray:
 def shown(shape: tuple[int | str, ...]) -> str:
     """A shape as messages show it: (M, 3), (4,)."""
     return f"({', '.join(map(str, shape))}{',' * (len(shape) == 1)})"
+
+
+def _masked(value: object) -> bool:
+    """Whether entries are masked, in lists too, of which NumPy would make plain arrays."""
+    if isinstance(value, list | tuple):
+        return any(_masked(part) for part in value if isinstance(part, list | tuple | np.ma.MaskedArray))
+    return isinstance(value, np.ma.MaskedArray) and bool(np.ma.getmaskarray(value).any())
 
 
 def _is_number(value: object) -> TypeGuard[float]:

@@ -78,9 +78,9 @@ WORDS = {np.ndarray: "numbers", int: "a whole number", float: "a number", bool: 
 def load(path: str | os.PathLike[str]) -> Saved:
     """The motion or curve that was saved: equal to it, bit for bit.
 
-    It reads what `save` of a motion or curve wrote, and the JSON of `write_motion` and
-    `write_two_parameter`. Nothing in a file is executed. Raises InputError that names the file
-    and the entry at fault.
+    It reads what `save` of a motion or curve wrote, which the JSON of `write_motion` and
+    `write_two_parameter` is too, and what these wrote in 0.1.0. Nothing in a file is executed.
+    Raises InputError that names the file and the entry at fault.
     """
     document = _document(path)
     mark = {name: document.pop(name, None) for name in MARK}
@@ -110,7 +110,7 @@ def _document(path: str | os.PathLike[str]) -> dict[str, object]:
 
 
 def _older(path: object, mark: Mapping[str, object], entries: dict[str, object]) -> dict[str, object]:
-    """The entries of a file of `write_motion` or `write_two_parameter`, as `save` lays them out."""
+    """The entries of a file of 0.1.0, of `write_motion` or `write_two_parameter`, as `save` lays them out."""
     kind, version = mark["symmotion"], mark["version"]
     if kind == "affine-motion" and version == 1:
         basis = {name: entries.pop(name) for name in ("knots", "degree", "periodic") if name in entries}

@@ -135,7 +135,7 @@ def accelerations(motion: CurveMotion, t: np.ndarray) -> tuple[np.ndarray, np.nd
     product = np.swapaxes(a, 1, 2) @ second
     skew = (product - np.swapaxes(product, 1, 2)) / 2
     angular = np.linalg.norm(skew, axis=(1, 2)) / np.sqrt(2)
-    return np.rad2deg(angular), np.abs(motion.trajectory(TOOL, t, 2)[:, 2])
+    return np.rad2deg(angular), np.abs(motion.trajectory(TOOL, t, 2)[:, 0, 2])
 
 
 def distances(one: TwoParameterMotion, other: TwoParameterMotion) -> tuple[float, float]:
@@ -175,7 +175,7 @@ def _field(motions: tuple[TwoParameterMotion, ...], curve: Spline, spacing: floa
 def _ground(axes: Axes, motion: TwoParameterMotion, direction: tuple[float, float, float]) -> None:
     (a, b), (c, d) = motion.domain
     points = motion.trajectory(TOOL, np.linspace(a, b, 60)[:, None], np.linspace(c, d, 60))
-    mesh = grid_mesh(points)
+    mesh = grid_mesh(points[..., 0, :])
     draw_bodies(axes, np.eye(3), np.zeros(3), mesh, direction, "#777777")
 
 

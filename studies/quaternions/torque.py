@@ -13,7 +13,7 @@ from symmotion.motions.quaternions import QuaternionMotion, exp, interpolate_qua
 from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.views import COLOURS, new_figure
 
-INERTIA = np.array([1.0, 2.0, 4.0])
+INERTIA = np.array([1.0, 2.0, 2.5])
 ANGLES = (10, 30, 60, 90, 120, 150, 210, 270, 330)
 KNOTS = (1, 2, 4, 8)
 
@@ -58,7 +58,7 @@ def run(options: StudyOptions) -> StudyResult:
         f"{gains[90][1]:.4g} times the energy, Shoemake's curve {gains[90][2]:.4g}, squad {gains[90][3]:.4g} "
         f"and SciPy's "
         f"RotationSpline {gains[90][4]:.4g} (medians).\n\n"
-        f"With moments of inertia 1, 2, 4 the optimum falls from {falls[0][2]:.6g} with one knot per interval to "
+        f"With moments of inertia 1, 2, 2.5 the optimum falls from {falls[0][2]:.6g} with one knot per interval to "
         f"{falls[-1][2]:.6g} with eight; the C² spline needs {falls[-1][4]:.4g} times as much. {bounded}"
     )
     return StudyResult((bezier, interpolants, knots), (figure,), (*runs, *more, *last), conclusion, players=(moving,))
@@ -169,7 +169,7 @@ def _knots() -> tuple[Table, list[Run]]:
         Column("iterations"),
         Column("C² spline over optimum"),
     )
-    return Table("optima by knots", columns, tuple(rows), "8 keyframes, neighbours 70° apart, moments 1, 2, 4."), runs
+    return Table("optima by knots", columns, tuple(rows), "8 keyframes, neighbours 70° apart, moments 1, 2, 2.5."), runs
 
 
 def _bounded() -> tuple[str, Figure, Player, list[Run]]:

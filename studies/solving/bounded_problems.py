@@ -167,9 +167,7 @@ def _curve(rng: np.random.Generator, count: int, share: float) -> sm.program.Pro
     keys = sm.Keyframes(np.cumsum(rng.uniform(0.7, 1.3, count)), np.tile(np.eye(3), (count, 1, 1)), points)
     return _limited(
         lambda c: sm.curve_program(keys, constraints=c, degree=5),
-        lambda limit: sm.JetConstraint(
-            lambda jet: ca.sumsqr(jet.ddx), lower=-np.inf, upper=limit, name="acceleration"
-        ),
+        lambda limit: sm.JetConstraint(lambda jet: ca.sumsqr(jet.ddx), lower=-np.inf, upper=limit, name="acceleration"),
         share,
     )
 

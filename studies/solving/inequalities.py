@@ -1,17 +1,10 @@
 """Bounds: how sure and how fast are the two solvers where speeds, places and torques are limited, and what does it cost?"""
 
-from collections import Counter
-from dataclasses import dataclass, replace
-from statistics import median
+from dataclasses import dataclass
 from time import process_time
 
-import numpy as np
-from scipy.stats import binomtest
-
 import symmotion as sm
-from studies.solving.bounded_problems import KINDS, POINTS, BoundedProblem, problem
-from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
-from symmotion.views import COLOURS, draw_body, new_figure
+from studies.solving.bounded_problems import POINTS, BoundedProblem
 
 SAME = 1e-6  # relative difference up to which two values are the same minimum
 QUICK, FULL = 33, 330  # problems, of all kinds alike

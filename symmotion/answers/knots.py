@@ -5,15 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from symmotion.design.affine import affine_program
-from symmotion.design.terms import kernel_of, nodes_for
+from symmotion.design.measure import span_values
 from symmotion.energies import Energy
 from symmotion.errors import InputError
-from symmotion.jets.linear import affine_space
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.rigid import polar_factors
-from symmotion.program import BlockEvaluator
+from symmotion.program import Evaluator
 from symmotion.solvers import ExactNewton, Solution, Solver
 from symmotion.splines import cubic_interpolant
+
+SHORTEST = 64  # roundings of the times in a span that is not halved
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,8 @@ def auto_knots(
     `share` of the objective are halved, each stage starting from the optimum before.
 
     budget: most inserted knots; fall: least relative fall of the objective by a stage, below which
-    it stops. solver: ExactNewton() when left out. Raises SolveError where a stage is not solved.
+    it stops. It stops, too, where all that is left of the objective is rounding, and where spans are as short as times
+    resolve. solver: ExactNewton() when left out. Raises SolveError where a stage is not solved.
     """
     if budget < 0 or not 0 < share <= 1 or not 0 <= fall < 1:
         raise InputError(f"budget {budget} ≥ 0, share {share:g} in (0, 1] and fall {fall:g} in [0, 1) are needed")
@@ -68,11 +70,17 @@ def auto_knots(
         if left <= 0:
             return KnotSearch(tuple(stages), f"the budget of {budget} knots is used")
         motion = stages[-1].motion
-        ends, contributions = motion.basis.breakpoints, span_contributions(motion, objective)
+        ends, contributions = motion.basis.breakpoints, np.abs(span_contributions(motion, objective))
+        if stages[-1].objective <= Evaluator(stages[-1].program).rounding(stages[-1].x):
+            return KnotSearch(tuple(stages), "the objective is nothing but rounding")
+        middle = 0.5 * (ends[1:] + ends[:-1])
+        contributions[np.diff(ends) <= SHORTEST * np.spacing(np.abs(ends).max())] = 0.0
+        if not contributions.any():
+            return KnotSearch(tuple(stages), "spans are as short as the times resolve")
         order = np.argsort(-contributions, kind="stable")
         needed = int(np.searchsorted(np.cumsum(contributions[order]), share * contributions.sum())) + 1
         chosen = order[: min(needed, left)]
-        inner = np.sort(np.concatenate([inner, 0.5 * (ends[chosen] + ends[chosen + 1])]))
+        inner = np.sort(np.concatenate([inner, middle[chosen]]))
         program = affine_program(keyframes, degree=degree, objective=objective, knots=inner)
         stages.append(solver.solve(program, start=motion).require())
         before, after = stages[-2].objective, stages[-1].objective
@@ -81,16 +89,8 @@ def auto_knots(
 
 
 def span_contributions(motion: AffineMotion, objective: Energy) -> np.ndarray:
-    """(S,) what each span of a motion adds to an objective."""
-    total = np.zeros(len(motion.basis.breakpoints) - 1)
-    d, controls = motion.dimension, motion.spline.control_points
-    space = affine_space(motion.basis, d, d * d + d)
-    for weight, part in objective.parts:
-        nodes = nodes_for(part, weight, space, controls)
-        block = kernel_of(part, weight, space).integral(part.name, space, nodes, weight)
-        density = BlockEvaluator(block).density(block.rows(controls))
-        total += (density * block.weights.reshape(density.shape)).sum(axis=1)
-    return total
+    """(S,) what each span of a motion adds to an objective, to ten digits of their sum."""
+    return span_values(motion, objective)
 
 
 def auxiliary_keyframes(keyframes: Keyframes, per_segment: int = 1, rigid: bool = False) -> Keyframes:

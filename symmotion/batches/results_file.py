@@ -171,7 +171,8 @@ def _solution(record: dict[str, Parsed], program: Program) -> Solution:
 
 
 def _certificate(record: dict[str, Parsed]) -> Certificate:
-    return Certificate(**{**{key: _number(value) for key, value in record.items()}, "weak": tuple(record["weak"])})
+    texts = {key: tuple(record.get(key, ())) for key in ("weak", "unresolved")}
+    return Certificate(**{**{key: _number(value) for key, value in record.items()}, **texts})
 
 
 def _plain(value: object) -> object:

@@ -163,11 +163,11 @@ def _of_mesh(shape: object) -> Body | None:
     try:
         whole = np.asarray(faces)
     except ValueError:  # of different lengths
-        return Body(np.asarray(vertices), tuple(map(tuple, faces)))
+        return Body(checks.floats(vertices, "body vertices"), tuple(map(tuple, faces)))
     if whole.ndim != 2 or whole.shape[1] < 3 or not len(whole) or whole.dtype.kind not in "iu":
         pair = "; outlines are given in a list" if isinstance(shape, tuple) else ""
         raise InputError(f"body faces of shape {whole.shape}: whole numbers (F, k), F ≥ 1, k ≥ 3, are needed{pair}")
-    return Body(np.asarray(vertices), tuple(map(tuple, whole.tolist())))
+    return Body(checks.floats(vertices, "body vertices"), tuple(map(tuple, whole.tolist())))
 
 
 def _of_outlines(shape: object, dimension: int | None) -> Body:
@@ -188,6 +188,9 @@ def _of_outlines(shape: object, dimension: int | None) -> Body:
 
 
 def _outlines(shape: object) -> list[np.ndarray]:
+    for part in shape if isinstance(shape, list | tuple) else [shape]:
+        if isinstance(part, np.ndarray) and (np.ma.is_masked(part) or part.dtype.kind == "c"):
+            checks.numbers(part, "body")
     try:
         whole = np.asarray(shape, dtype=float)
         return [whole] if whole.ndim == 2 else list(whole)
@@ -200,7 +203,7 @@ def _outlines(shape: object) -> list[np.ndarray]:
             "and .faces or .triangles, or a tuple of such arrays is needed"
         ) from None
     try:
-        return [np.asarray(polygon, dtype=float) for polygon in polygons]
+        return [checks.floats(polygon, "body, an outline") for polygon in polygons]
     except (TypeError, ValueError):
         what = "a file is read first, by trimesh.load for example; " if isinstance(shape, str) else ""
         raise InputError(f"body: {what}outlines are arrays of numbers (P, d)") from None

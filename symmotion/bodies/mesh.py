@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from symmotion.checks import numbers
 from symmotion.errors import InputError
 
 
@@ -20,7 +21,7 @@ class Mesh:
     triangles: np.ndarray
 
     def __post_init__(self):
-        vertices, triangles = np.array(self.vertices, dtype=float), np.array(self.triangles)
+        vertices, triangles = numbers(self.vertices, "vertices"), np.array(self.triangles)
         if vertices.ndim != 2 or vertices.shape[1] != 3:
             raise InputError(f"vertices of shape {vertices.shape}: (V, 3) is needed")
         finite = np.isfinite(vertices).all(axis=1)

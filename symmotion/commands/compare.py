@@ -6,7 +6,8 @@ from time import perf_counter
 
 from symmotion.commands.films import ALL_FORMATS
 from symmotion.commands.objectives import OBJECTIVES, objective_by_name
-from symmotion.commands.parsing import Commands, add_command, add_input, add_spline, at_fault, check_spline, say
+from symmotion.commands.parsing import Commands, add_command, add_input, add_spline, at_fault, check_spline, note, say
+from symmotion.design.question import keyframe_notes
 from symmotion.errors import SolveError
 from symmotion.files import read_keyframes
 from symmotion.files.formats import rows
@@ -56,6 +57,7 @@ def run(options: argparse.Namespace) -> None:
     records, failed = [], False
     for k, ((path, keys), objectives) in enumerate(zip(files, asked, strict=True)):
         began = perf_counter()
+        note(options, path, keyframe_notes(keys.times, keys.linear))
         with at_fault(path):
             result = comparison_result(keys, objectives, options.degree, options.refine, solvers)
         reached = {r.case for r in result.runs if r.status == "solved"}

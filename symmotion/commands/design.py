@@ -17,6 +17,7 @@ from symmotion.commands.parsing import (
     at_fault,
     check_spline,
     format_options,
+    note,
     say,
 )
 from symmotion.constraints import MotionConstraint, Periodic, Tolerance
@@ -71,6 +72,7 @@ def run(options: argparse.Namespace) -> None:
         solution = _solve(options, keyframes, objective)
     except (InputError, SolveError) as error:
         raise type(error)(f"{options.file}: {error}") from error
+    note(options, options.file, solution.program.notes)
     write_outputs(solution.motion, options, WRITTEN, given)
     say(options, solution)
 

@@ -1,6 +1,7 @@
 """What the commands' options have in common."""
 
 import argparse
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -149,6 +150,13 @@ def say(options: argparse.Namespace, text: object) -> None:
     """A line on standard output, unless the command is to be quiet."""
     if not options.quiet:
         print(text)
+
+
+def note(options: argparse.Namespace, culprit: object, notes: Sequence[str]) -> None:
+    """Lines on standard error with what there is to say of a file that is taken all the same, unless quiet."""
+    if not options.quiet:
+        for text in notes:
+            print(f"symmotion {options.name}: {culprit}: note: {text}", file=sys.stderr)
 
 
 def _meaning(option: Option, formats: Sequence[Format], way: Way) -> str:

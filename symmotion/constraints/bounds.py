@@ -24,7 +24,7 @@ class UnitVolume(MotionConstraint):
 
     def stated(self, setting: Setting) -> JetConstraint:
         times = setting.inside(np.atleast_1d(checks.numbers(self.times, f"{self.name}: times")), self.name)
-        on_keyframe = np.isin(times, setting.times)
+        on_keyframe = np.isin(times, setting.times)  # exact: `inside` puts them there
         if on_keyframe.any():
             raise InputError(f"{self.name}: time {times[on_keyframe][0]:g} is a keyframe's, whose volume is given")
         return JetConstraint(lambda jet: ca.det(jet.A) - 1, at=times, name=self.name)
@@ -46,7 +46,12 @@ class NoInversion(MotionConstraint):
         if setting.linear is not None:
             volumes = np.linalg.det(setting.linear)
             if (volumes < self.least).any():
-                i = int(np.argmin(volumes))
+                i, most = int(np.argmin(volumes)), int(np.argmax(volumes))
+                if volumes[i] < 0 < volumes[most]:
+                    raise InputError(
+                        f"{self.name}: keyframe {i} has determinant {volumes[i]:.3g} and keyframe {most} "
+                        f"{volumes[most]:.3g}: between them det A passes zero; leave it out, or mend the keyframe"
+                    )
                 raise InputError(f"{self.name}: keyframe {i} has determinant {volumes[i]:.3g}, below {self.least:g}")
         times = setting.between_keyframes(self.density, self.name)
         return JetConstraint(lambda jet: ca.det(jet.A), lower=float(self.least), upper=np.inf, at=times, name=self.name)

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from keyword import iskeyword
 from types import SimpleNamespace
 from typing import Any
@@ -18,9 +18,11 @@ from symmotion.jets.jet import as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import LinearSpace
 from symmotion.jets.nets import NetSpace
 from symmotion.jets.space import JetSpace, Places, block_of
-from symmotion.jets.written import jets_of_all_kinds
+from symmotion.jets.written import positional, same_text, tuples_of_jets
 from symmotion.program import Constraint, ParameterPlace
-from symmotion.values import restore, same_fields, settle
+from symmotion.program.state import made_of
+from symmotion.splines.instants import distinct, unified
+from symmotion.values import adopt, restore, same, same_fields, settle
 
 DENSITY = 8  # times in each span at which what has to hold everywhere is held
 
@@ -75,21 +77,23 @@ class Setting:
     def inside_spans(self, density: int, name: str) -> np.ndarray:
         """`density` times inside every span, at the middles of equal parts: at a knot two spans would say the same."""
         checks.whole(density, 1, f"{name}: density")
-        a, b = self.domain
+        breaks = distinct(np.concatenate([s.breakpoints for s in self.spaces]))
+        a, b = unified(self.domain, breaks)
         if not a < b:
             raise InputError(f"{name}: the motions have no times in common: give at, tuples of a time for each body")
-        breaks = np.unique(np.concatenate([s.breakpoints for s in self.spaces]))
         breaks = breaks[(breaks >= a) & (breaks <= b)]
         inside = (np.arange(density) + 0.5) / density
         return (breaks[:-1, None] + np.diff(breaks)[:, None] * inside).ravel()
 
     def inside(self, times: np.ndarray, name: str) -> np.ndarray:
-        """The times; InputError that names the first outside the domain."""
-        return _inside(times, self.domain, name)
+        """The times, those that are a keyframe's up to rounding put there; InputError for the first outside."""
+        return _placed(times, self.domain, self.times, name)
 
 
-def _inside(times: np.ndarray, domain: tuple[float, float], name: str) -> np.ndarray:
+def _placed(times: np.ndarray, domain: tuple[float, float], marks: np.ndarray, name: str) -> np.ndarray:
+    """The times, put on the ends of the domain and on marks that they agree with up to rounding."""
     a, b = domain
+    times = unified(times, [a, b, *marks])
     outside = ~((times >= a) & (times <= b))
     if outside.any():
         raise InputError(f"{name}: time {times[outside][0]} is outside the motion's domain [{a:g}, {b:g}]")
@@ -103,6 +107,10 @@ class MotionConstraint(ABC):
     """
 
     name: str
+
+    def __init_subclass__(cls, **options: object):
+        super().__init_subclass__(**options)
+        adopt(cls, settle)
 
     def __post_init__(self):
         settle(self)
@@ -121,7 +129,7 @@ class MotionConstraint(ABC):
 
     def build(self, setting: Setting) -> Constraint:
         """The condition as part of a program; its multipliers are (N, C), a row for each time."""
-        stated = said(f"{self.name}: stated", "this program", lambda: self.stated(setting))
+        stated = said(self.name, "stated", "this program", lambda: self.stated(setting))
         if not isinstance(stated, JetConstraint):
             raise InputError(f"{self.name}: stated returns a {type(stated).__name__}: a JetConstraint is needed")
         return replace(stated.named(self.name).build(setting), shape=None)
@@ -134,7 +142,7 @@ class MotionConstraint(ABC):
             linear, translation = self.frees(setting)
             return {setting.keyframe(i, what) for i in linear}, {setting.keyframe(i, what) for i in translation}
 
-        return said(what, "this program", numbered)
+        return said(self.name, "frees", "this program", numbered)
 
     def __eq__(self, other: object) -> bool:
         return same_fields(self, other)
@@ -170,6 +178,10 @@ class JetConstraint(MotionConstraint):
     parameters: Mapping[str, ArrayLike] | None = field(default=None, kw_only=True)
     density: int = field(default=DENSITY, kw_only=True)
     data: ArrayLike | None = field(default=None, kw_only=True)
+
+    def __init_subclass__(cls, **options: object):
+        super().__init_subclass__(**options)
+        adopt(cls, JetConstraint.__post_init__)
 
     def __post_init__(self):
         if not callable(self.function):
@@ -221,23 +233,34 @@ class JetConstraint(MotionConstraint):
     def __deepcopy__(self, memo: object) -> "JetConstraint":
         return self
 
-    def __reduce__(self):
+    def __getstate__(self) -> dict[str, object]:
         # A lambda does not pickle, the expressions that it makes do.
-        rest = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "function"}
-        return _restored, (self._written(), rest)
+        return {**made_of(self), "function": self._written()}
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, JetConstraint) or not same_fields(self, other, but="function"):
+            return False
+        return same(self.function, other.function) or same_text(self._written, other._written)
+
+    __hash__ = None  # pyright: ignore[reportAssignmentType] - as of every constraint
 
     def written_for(self, *jets: AnyJet) -> "JetConstraint":
         """The same condition, which pickles: its function as text for these jets, one of each body."""
         return replace(self, function=self._written([jets]))
 
     def _written(self, arguments: Iterable[Sequence[AnyJet]] | None = None) -> Written:
-        """The function as text, for jets of the kinds of `arguments`, of every kind when left out."""
+        """The function as text, for jets of the kinds of `arguments`, when left out of every kind that it may take."""
         if isinstance(self.function, Written):
             return self.function
         data, numbers = self._symbols()
-        every = zip(*(jets_of_all_kinds() for _ in range(self.slots)), strict=True) if arguments is None else arguments
-        count = len(data)
-        return Written.of(self.function, every, [*data, *numbers], lambda s: self._handed(s[:count], s[count:]))
+        count, behind = len(data), len(data) + bool(numbers)
+        jets = positional(self.function, self.slots + behind) - behind
+        every = tuples_of_jets(jets) if arguments is None else arguments
+
+        def write() -> Written:
+            return Written.of(self.function, every, [*data, *numbers], lambda s: self._handed(s[:count], s[count:]))
+
+        return said(self.name, "the function", "jets of every kind", write)
 
     def _symbols(self) -> tuple[list[ca.SX], list[ca.SX]]:
         """Symbols for the data of a time, where there are any, and for the numbers of each parameter."""
@@ -248,6 +271,10 @@ class JetConstraint(MotionConstraint):
     def slots(self) -> int:
         """How many jets the function takes, as far as its times tell."""
         return self.at.shape[1] if isinstance(self.at, np.ndarray) and self.at.ndim == 2 else 1
+
+    def put_on(self, marks: np.ndarray) -> "JetConstraint":
+        """The same constraint, its times put on marks (K,) that they agree with up to rounding."""
+        return self if self.at is None else replace(self, at=unified(np.asarray(self.at), marks))
 
     def orders(self, space: LinearSpace) -> list[tuple[int, ...]]:
         """The derivative orders that the function reads of each of its jets, in a space of curves."""
@@ -313,9 +340,10 @@ class JetConstraint(MotionConstraint):
             times = np.atleast_1d(times)
             times = times[:, None] if times.ndim < 2 else times
             spaces = [setting.space] * times.shape[1]
-        for space, column in zip(spaces, times.T, strict=True):
-            _inside(column, space.domain, self.name)
-        return spaces, times, lead
+        # A knot is met from the right, which a time that rounding has put before it would not be.
+        columns = zip(spaces, times.T, strict=True)
+        placed = [_placed(column, space.domain, space.breakpoints, self.name) for space, column in columns]
+        return spaces, np.stack(placed, axis=1), lead
 
     def _of_net(self, space: NetSpace) -> tuple[list[JetSpace], np.ndarray, tuple[int, ...]]:
         """As `_spread`, at the parameters (u, v) of a net, or of a curve."""
@@ -326,13 +354,12 @@ class JetConstraint(MotionConstraint):
             lead, pairs = pairs.shape[:1], np.atleast_1d(pairs).reshape(-1, 1)
         else:
             lead, pairs = pairs.shape[:-1] if pairs.ndim > 1 else (), np.atleast_2d(pairs)
-        space.require_inside(pairs, self.name)
-        return [space], pairs[:, None, :], lead
+        return [space], space.placed(pairs, self.name)[:, None, :], lead
 
     def _expression(self, jets: Sequence[AnyJet], data: Sequence[ca.SX], numbers: Sequence[ca.SX]) -> ca.SX:
         handed = self._handed(data, numbers)
-        who = f"{self.name}: the function"
-        return ca.densify(as_expression(who, said(who, of_jets(jets), lambda: self.function(*jets, *handed))))
+        out = said(self.name, "the function", of_jets(jets), lambda: self.function(*jets, *handed))
+        return ca.densify(as_expression(f"{self.name}: the function", out))
 
     def _bound(self, bound: ArrayLike, count: int, shape: tuple[int, ...], lead: tuple[int, ...]) -> np.ndarray:
         """(N, C) a bound for each time and component, column by column."""
@@ -353,11 +380,6 @@ class JetConstraint(MotionConstraint):
 def _shown_shape(out: ca.SX) -> tuple[int, ...]:
     """The shape of an expression as users meet it: () for a scalar, (n,) for a column, (n, m) for a matrix."""
     return out.shape if out.shape[1] > 1 else out.shape[:1] if out.numel() > 1 else ()
-
-
-# Any: the other fields.
-def _restored(function: Written, rest: dict[str, Any]) -> JetConstraint:
-    return JetConstraint(function, **rest)
 
 
 def _named(shapes: Mapping[str, tuple[int, ...]], symbols: Sequence[ca.SX]) -> SimpleNamespace:

@@ -1,7 +1,7 @@
 """What a motion curve can be asked to do at given times: values, derivatives, tolerances, bounds, links."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -15,7 +15,7 @@ from symmotion.jets import CurveJet
 from symmotion.jets.linear import LinearSpace, sided
 from symmotion.kernels import Kernel
 from symmotion.program import Block, Constraint
-from symmotion.splines import BSplineBasis
+from symmotion.splines import BSplineBasis, unified
 
 NAMES = ("values", "slopes", "accelerations")
 SIDES = {"left": -1, "right": 1}
@@ -161,6 +161,10 @@ class CurveCondition(MotionConstraint):
         """The shape of the curve's values as far as this condition tells."""
         return max((a.shape[1:] for a in (self.target, self.lower, self.upper)), key=len)
 
+    def put_on(self, marks: np.ndarray) -> "CurveCondition":
+        """The same condition, its times put on marks (K,) that they agree with up to rounding."""
+        return replace(self, times=unified(self.times, marks))
+
     @property
     def samples(self) -> list[tuple[float, int, int]]:
         """Time, order and side of each row of a condition that samples the curve once."""
@@ -234,7 +238,7 @@ def _times(times: ArrayLike, name: str) -> np.ndarray:
     array = np.atleast_1d(checks.numbers(times, f"{name}: times"))
     if array.ndim != 1 or not array.size or not np.isfinite(array).all():
         raise InputError(f"{name}: times of shape {array.shape}: finite, (N,), N ≥ 1, is needed")
-    values, counts = np.unique(array, return_counts=True)
+    values, counts = np.unique(unified(array), return_counts=True)
     if (counts > 1).any():
         raise InputError(f"{name}: time {values[np.argmax(counts > 1)]:g} is given twice")
     return array

@@ -1,6 +1,7 @@
 """How a curve is passed in time: speed, arc length, constant speed, slow-in and slow-out."""
 
 import os
+from dataclasses import replace
 from functools import cached_property
 from math import factorial
 from typing import Protocol
@@ -8,13 +9,17 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, whole
+from symmotion.checks import floats, numbers, whole
 from symmotion.curves.bezier import bezier, check_domain
 from symmotion.curves.series import compose, product, reciprocal, root, taylor
-from symmotion.errors import InputError
+from symmotion.curves.stops import derivatives, from_rest, resting
+from symmotion.errors import InputError, SolveError
 from symmotion.saving import save
-from symmotion.splines import BSplineBasis, Spline
+from symmotion.splines import BSplineBasis, Integral, Spline, integrate
+from symmotion.splines.instants import distinct, inside
 from symmotion.values import value
+
+LEAST_DIGITS = 6  # of a length that is of use: rounding may leave fewer than are asked for
 
 
 class Curve(Protocol):
@@ -40,30 +45,37 @@ def speed(curve: Curve, t) -> np.ndarray:
 
 
 def arc_length(curve: Curve, start: float | None = None, end: float | None = None) -> float:
-    """∫ ‖x'(t)‖ dt from `start` to `end`, the ends of the domain when left out (adaptive quadrature by pieces)."""
+    """∫ ‖x'(t)‖ dt from `start` to `end`, the ends of the domain when left out.
+
+    Adaptive quadrature by pieces, to 1e-14 of the length or what rounding leaves: far from the origin x' has fewer
+    digits. Raises InputError where the speed is no number, SolveError where the length is not found to six digits.
+    """
     a, b = curve.domain
     start, end = a if start is None else float(start), b if end is None else float(end)
     if not a <= start <= end <= b:
         raise InputError(f"arc length from {start:g} to {end:g}: both in [{a:g}, {b:g}], in this order, are needed")
     inner = curve.breakpoints[(curve.breakpoints > start) & (curve.breakpoints < end)]
     ends = np.concatenate([[start], inner, [end]])
-    return float(_lengths(curve, ends[:-1], ends[1:]).sum())
+    return _lengths(curve, ends[:-1], ends[1:]).value
 
 
-def _lengths(curve: Curve, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """(N,) arc lengths over intervals that each lie in one piece, to 1e-14 of the curve's size."""
-    from scipy.integrate import quad_vec  # here: see Spline._scipy
-
-    width = end - start
-    # An absolute tolerance, since some of the lengths may be zero.
-    a, b = curve.domain
-    scale = (b - a) * float(speed(curve, np.linspace(a, b, 50)).max())
-    if scale == 0:
-        return np.zeros_like(width)
-    lengths, _ = quad_vec(
-        lambda u: width * speed(curve, start + u * width), 0.0, 1.0, epsabs=1e-14 * scale, epsrel=0.0, norm="max"
-    )
-    return lengths
+def _lengths(curve: Curve, start: np.ndarray, end: np.ndarray) -> Integral:
+    """(N,) arc lengths over intervals that each lie in one piece; see `arc_length`."""
+    origin = 0.0
+    if isinstance(curve, Spline):
+        # From where it begins: so no digits of the times are lost to when that is.
+        origin = curve.domain[0]
+        curve = Spline(replace(curve.basis, knots=curve.basis.knots - origin), curve.control_points)
+    slope = derivatives(curve)
+    found = integrate(lambda t: np.linalg.norm(slope(t, 1), axis=1), start - origin, end - origin, 1e-14)
+    if not np.isfinite(found.error):
+        raise InputError(f"the speed of the curve is no finite number near time {found.worst[0] + origin:.9g}")
+    if not found.reached and found.digits < LEAST_DIGITS:
+        raise SolveError(
+            f"the length of the curve is {found.value:.9g} to {found.digits} digits only: its speed is too rough about "
+            f"time {found.worst[0] + origin:.9g}"
+        )
+    return found
 
 
 @value
@@ -92,7 +104,7 @@ class ArcParameter:
         # Halves of the pieces: brackets for the inversion.
         ends = self.curve.breakpoints
         t = np.sort(np.concatenate([ends, (ends[1:] + ends[:-1]) / 2]))
-        return t, np.concatenate([[0.0], np.cumsum(_lengths(self.curve, t[:-1], t[1:]))])
+        return t, np.concatenate([[0.0], np.cumsum(_lengths(self.curve, t[:-1], t[1:]).parts)])
 
     @property
     def length(self) -> float:
@@ -110,17 +122,23 @@ class ArcParameter:
 
     def preimages(self, parameters) -> np.ndarray:
         """(N,) the new parameters of parameters of the curve."""
-        parameters = np.atleast_1d(np.asarray(parameters, dtype=float))
+        parameters = np.atleast_1d(floats(parameters, "parameters"))
         table, sums = self._table
         k = np.clip(np.searchsorted(table, parameters, side="right") - 1, 0, len(table) - 2)
-        return self.domain[0] + (sums[k] + _lengths(self.curve, table[k], parameters)) / self.speed
+        return self.domain[0] + (sums[k] + _lengths(self.curve, table[k], parameters).parts) / self.speed
 
     def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
-        """The nu-th derivative at t, the shape of t; for nu > 0 it is NaN where the curve itself stops."""
+        """The nu-th derivative at t, the shape of t; for nu > 0 InputError where the curve itself stops: infinite."""
         t = _inside(t, self.domain)
         u = self._inverse(t.ravel()).reshape(t.shape)
         if nu == 0:
             return u
+        stops = self.stops(u.ravel())
+        if not np.isnan(stops).all():
+            raise InputError(
+                f"the curve stops at time {stops[~np.isnan(stops)][0]:.9g}: the derivatives of its parameter by the "
+                "arc length are infinite there"
+            )
         # ds/du = ‖x'‖ as a series; then du/ds = 1/‖x'(u(s))‖ gives one coefficient of u after the other.
         slopes = [(k + 1) * c.reshape(*t.shape, -1) for k, c in enumerate(taylor(self.curve, u, nu)[1:])]
         pace = root(product(slopes, slopes, lambda a, b: (a * b).sum(axis=-1)))
@@ -129,6 +147,11 @@ class ArcParameter:
         for k in range(nu):
             series.append(compose(slowness[: k + 1], series)[k] / (k + 1))
         return factorial(nu) * series[nu]
+
+    def stops(self, parameters: np.ndarray) -> np.ndarray:
+        """(N,) the parameters of the curve at which it stops, NaN for the others."""
+        a, b = self.curve.domain
+        return resting(self.curve, parameters, self.length / (b - a))
 
     def _inverse(self, t: np.ndarray) -> np.ndarray:
         """Newton's method in brackets, bisection where it would leave them, for all t (N,) at once."""
@@ -140,9 +163,11 @@ class ArcParameter:
         share = rest / np.where(sums[k + 1] > sums[k], sums[k + 1] - sums[k], 1.0)
         u = low + share * (high - low)
         for _ in range(60):
-            error = _lengths(self.curve, base, u) - rest
+            passed = _lengths(self.curve, base, u)
+            error = passed.parts - rest
+            known = max(1e-14 * sums[-1], passed.error / len(u))
             low, high = np.where(error <= 0, u, low), np.where(error >= 0, u, high)
-            if np.all((np.abs(error) <= 1e-14 * sums[-1]) | (high - low <= 1e-15 * np.abs(table).max())):
+            if np.all((np.abs(error) <= known) | (high - low <= 1e-15 * np.abs(table).max())):
                 break
             with np.errstate(divide="ignore", invalid="ignore"):
                 step = u - error / speed(self.curve, u)
@@ -166,8 +191,7 @@ class Retimed:
         if ends.shape != (2,):
             raise InputError("a time warp must be a curve of scalars")
         a, b = self.curve.domain
-        slack = 1e-12 * max(abs(a), abs(b), b - a)
-        if not ((ends >= a - slack) & (ends <= b + slack)).all():
+        if not inside(ends, (a, b)).all():
             raise InputError(
                 f"the warp leads from {ends[0]:g} to {ends[1]:g}, which is not in the curve's domain [{a:g}, {b:g}]"
             )
@@ -187,12 +211,31 @@ class Retimed:
         if isinstance(self.warp, ArcParameter):
             return self.warp.breakpoints if self.warp.curve == self.curve else self.warp.preimages(inner)
         times = [self.warp.breakpoints, *(solutions(self.warp, value) for value in inner)]
-        return _distinct(np.concatenate(times))
+        return distinct(np.concatenate(times), self.domain)
 
     def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
         """The nu-th derivative at t; raises InputError outside the domain, `extrapolate` or not."""
         nu = whole(nu, 0, "derivative order")
         t = _inside(t, self.domain)
+        if nu and isinstance(self.warp, ArcParameter) and self.warp.curve == self.curve:
+            stops = self.warp.stops(self.warp(t.ravel()))
+            if not np.isnan(stops).all():
+                return self._past_stops(self.warp, t, nu, stops)
+        return self._composed(t, nu)
+
+    def _past_stops(self, warp: ArcParameter, t: np.ndarray, nu: int, stops: np.ndarray) -> np.ndarray:
+        """The nu-th derivative where the curve stops at some of the times t: its path goes on."""
+        a, b = self.curve.domain
+        mean, moving = warp.length / (b - a), np.isnan(stops)
+        there = [from_rest(self.curve, stop, nu, mean) * warp.speed**nu for stop in stops[~moving]]
+        shape = np.shape(self.curve(a))
+        result = np.empty((t.size, *shape))
+        result[~moving] = np.reshape(there, (-1, *shape))
+        if moving.any():
+            result[moving] = self._composed(t.ravel()[moving], nu)
+        return result.reshape(*t.shape, *shape)
+
+    def _composed(self, t: np.ndarray, nu: int) -> np.ndarray:
         inner = taylor(self.warp, t, nu)
         inner[0] = _inside(inner[0], self.curve.domain)
         outer = taylor(self.curve, inner[0], nu)
@@ -241,7 +284,7 @@ def slow_in_out(
         raise InputError(f"values {values!r}: the two values that the warp leads from and to are needed")
     # Greville points of the controls on the line of constant speed, which crosses 0 and 1 half-way through the ramps.
     u = np.array([s for s in (slow_in, 1 - slow_out) if 0 < s < 1])
-    knots = np.concatenate([np.zeros(3), _distinct(u) if u.size else u, np.ones(3)])
+    knots = np.concatenate([np.zeros(3), distinct(u), np.ones(3)])
     greville = (knots[1:-2] + knots[2:-1]) / 2
     line = (greville - slow_in / 2) / (1 - (slow_in + slow_out) / 2)
     # A ramp keeps its first two controls at the end value, which makes the speed zero there.
@@ -258,10 +301,9 @@ def smooth_step(order: int = 1, domain: tuple[float, float] = (0.0, 1.0)) -> Spl
 def _inside(t: ArrayLike, domain: tuple[float, float]) -> np.ndarray:
     """t as an array, brought into the domain where only rounding leads out of it; else InputError."""
     t, (a, b) = numbers(t, "times"), domain
-    slack = 1e-12 * max(abs(a), abs(b), b - a)
-    inside = (t >= a - slack) & (t <= b + slack)
-    if not inside.all():
-        raise InputError(f"parameter {t[~inside].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
+    there = inside(t, domain)
+    if not there.all():
+        raise InputError(f"parameter {t[~there].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
     return np.clip(t, a, b)
 
 
@@ -274,9 +316,3 @@ def solutions(warp: Spline, value: float) -> np.ndarray:
     polynomials = PPoly.from_spline(BSpline(plain.basis.knots, plain.control_points, plain.degree))
     times = np.asarray(polynomials.solve(value, discontinuity=False, extrapolate=False))
     return np.clip(times[np.isfinite(times)], a, b)
-
-
-def _distinct(times: np.ndarray) -> np.ndarray:
-    """The times in order, without those that repeat one up to rounding."""
-    times = np.unique(times)
-    return times[np.concatenate([[True], np.diff(times) > 1e-12 * max(np.abs(times).max(), 1e-300)])]

@@ -1,7 +1,7 @@
 """Affine motions through keyframes, as programs."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -11,12 +11,15 @@ from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
+from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
     Groups,
+    apart_keyframes,
     as_constraints,
     assembled,
     by_keyframe,
     keyframe_groups,
+    keyframe_notes,
     other_keyframes,
     rates_at_ends,
     require_start,
@@ -29,11 +32,11 @@ from symmotion.errors import InputError
 from symmotion.jets.linear import JetKernel, LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
-from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
-from symmotion.program import Block, BlockEvaluator, Constraint, Multipliers, Program
+from symmotion.motions import Affine, AffineMotion, Keyframes
+from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
+from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant, unified
 from symmotion.splines.interpolation import ENDS, require_schoenberg_whitney
 
 RIGIDITY = Rigidity()
@@ -59,7 +62,9 @@ def affine_program(
     condition (HJK 4) and to the constraints. Where the objective does not see the translation, that
     keeps its interpolating spline.
 
-    keys: `Keyframes`. objective: an energy or weighted sum of energies, Rigidity() when left out.
+    keys: `Keyframes`, a millionth of the median step apart or more; `program.notes` names those closer than a
+    thousandth, and those of opposite orientations.
+    objective: an energy or weighted sum of energies, Rigidity() when left out.
     constraints: conditions on the jet (`Jet`), each with multipliers under its name.
     degree: at least 1. refine: knots inserted in every segment, equally spaced, beside the
     simple knots at the keyframe times; or `knots`, the inner knots in increasing order, instead.
@@ -72,10 +77,10 @@ def affine_program(
     repeat or contradict each other.
     """
     began = perf_counter()
-    keys = as_keyframes(keys)
+    keys = apart_keyframes(keys)
     energy, asked = as_objective(objective, RIGIDITY), as_constraints(constraints)
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
-    inner = refined_times(keys.times, refine)[1:-1] if knots is None else checks.array(knots, ("K",), "knots")
+    inner = refined_times(keys.times, refine)[1:-1] if knots is None else placed_knots(knots, keys.times)
     basis = _clamped(keys.times[0], inner, keys.times[-1], degree)
     rates = rates_at_ends(ends, end_rates, keys.dimension, ENDS)
     slopes = None if rates is None else np.concatenate([rates.linear.reshape(2, -1), rates.translation], axis=1)
@@ -83,6 +88,11 @@ def affine_program(
     at_ends = {"clamped": (EndRates(rates),), "periodic": (Periodic(),)}.get(ends, ())
     program = AffineDesign(keys, energy, start, (*at_ends, *asked)).program()
     return replace(program, build_seconds=perf_counter() - began)
+
+
+def placed_knots(knots: ArrayLike, times: np.ndarray) -> np.ndarray:
+    """(K,) inner knots, those that are a keyframe's time up to rounding put there."""
+    return unified(checks.array(knots, ("K",), "knots"), times)
 
 
 def _clamped(a: float, inner: np.ndarray, b: float, degree: int) -> BSplineBasis:
@@ -100,6 +110,9 @@ def represent(basis: BSplineBasis, spline: Spline, times: np.ndarray) -> Spline:
     """`spline` over `basis`: exactly where knot insertion leads there, else its closest interpolant at `times`."""
     require_schoenberg_whitney(basis, times)
     spline = spline.clamped()
+    placed = unified(spline.basis.knots, basis.knots)
+    if not np.array_equal(placed, spline.basis.knots):
+        spline = Spline(BSplineBasis(placed, spline.degree), spline.control_points)
     if basis.degree == spline.degree and np.isin(spline.basis.knots, basis.knots).all():
         old, old_copies = np.unique(spline.basis.knots, return_counts=True)
         new, new_copies = np.unique(basis.knots, return_counts=True)
@@ -121,6 +134,8 @@ class AffineDesign:
     objective: Energy
     start: Spline
     constraints: tuple[MotionConstraint, ...] = ()
+    # By term, Gauss nodes per span where they are not those that the start needs.
+    nodes: Mapping[str, int] = field(default_factory=dict)
 
     __getstate__ = made_of
 
@@ -137,6 +152,10 @@ class AffineDesign:
         if not (near or self.constraints or any(k.reads(0, slice(d * d, None)) for k in self._kernels)):
             origin[d * d :] = centre
         return origin
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return keyframe_notes(self.keyframes.times, self.keyframes.linear)
 
     @property
     def basis(self) -> BSplineBasis:
@@ -168,7 +187,7 @@ class AffineDesign:
         start = {UNKNOWN: self._unknowns(self.start)}
         controls = self.start.control_points.copy()
         controls[:, : self.channels] = start[UNKNOWN] + self.origin[: self.channels]
-        terms = terms_of(self.objective, self.space, controls)
+        terms = terms_of(self.objective, self.space, controls, self.nodes)
         given = [self._interpolation(*group) for group in self._given]
         lengths = {UNKNOWN: slice(self.keyframes.dimension**2, None)}
         return assembled(start, terms, given, self.constraints, self.setting, self, lengths)
@@ -213,14 +232,21 @@ class AffineDesign:
         """
         return by_keyframe(multipliers, self._given, self.keyframes)
 
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(program, x, self.objective, self.motion(program.unpack(x)), self.keyframes.times)
+
+    def refined(self, program: "Program[AffineDesign]", x: np.ndarray) -> "Program[AffineDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        return replace(self, nodes={**self.nodes, **nodes}).program().with_parameters(**program.parameters)
+
     def quadrature_errors(self, motion: AffineMotion, program: Program) -> dict[str, float]:
-        """By term, how much twice as many Gauss nodes change its value: zero up to rounding where it is exact."""
-        controls, errors = motion.spline.control_points, {}
-        for kernel, (_, weight, _), block in zip(self._kernels, parts_of(self.objective), program.terms, strict=True):
-            finer = kernel.integral(block.name, self.space, 2 * block.nodes, weight)
-            values = [BlockEvaluator(b).value(b.rows(controls)) for b in (block, finer)]
-            errors[block.name] = abs(values[1] - values[0])
-        return errors
+        """By term, by how much its nodes miss the integral along a motion of the program; `quadratures` says more."""
+        found = self.quadratures(program, program.pack(self.unknowns(motion)))
+        return {name: q.error for name, q in found.items()}
 
     def with_keyframes(self, program: "Program[AffineDesign]", keyframes: Keyframes) -> "Program[AffineDesign]":
         """The program for other keyframes; structure and kernels are kept where the times are the same."""

@@ -1,7 +1,7 @@
 """Motion curves of least ∫ ‖x⁽ᵏ⁾‖² under conditions at given times, as programs."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -12,17 +12,20 @@ from symmotion import checks
 from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
 from symmotion.curves import Curve
 from symmotion.design.affine import represent
-from symmotion.design.question import as_constraints, assembled, require_rates, require_times
+from symmotion.design.quadratures import nodes_at, term_quadratures
+from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_rates, require_times
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Bending, Energy
 from symmotion.errors import InputError
 from symmotion.jets.linear import LinearSpace, curve_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.motions import Keyframes
-from symmotion.program import Constraint, Multipliers, Program
+from symmotion.motions.crowding import require_apart
+from symmotion.motions.keyframes import require_no_path
+from symmotion.program import Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline
+from symmotion.splines import BSplineBasis, Spline, same_times, unified
 
 SMALL = 600  # conditions up to which a dense factorisation looks for redundant ones
 KEYFRAMES = "keyframes"
@@ -45,7 +48,8 @@ def curve_program(
 ) -> "Program[CurveDesign]":
     """The curve of least ∫ ‖x⁽ᵏ⁾‖² dt, or otherwise best, under conditions at given times, as a program.
 
-    keys: `Keyframes`, whose translations the curve passes under the name "keyframes"; or conditions, made by
+    keys: `Keyframes`, as far apart as in `affine_program`, whose translations the curve passes under the name
+    "keyframes"; or conditions at times of any distance, those that agree up to rounding being the same, made by
     `CurveCondition.at`, `.between`, `.norm_below`, `.closed`, `.linked`; each keeps its multipliers under its
     name, in the shape of its values. constraints: more of them, and any `JetConstraint` of a `CurveJet`.
     objective: an energy or weighted sum of energies of the jet, Bending(order) when left out; order: k = 1, 2 or 3.
@@ -66,6 +70,11 @@ def curve_program(
     began = perf_counter()
     energy = as_objective(objective, Bending(order))
     conditions, extra = _asked(keys, constraints)
+    torn = checks.numbers(breaks, "breaks").ravel()
+    given = np.empty(0) if knots is None else checks.array(knots, ("K",), "knots")
+    every = _spoken_of(conditions, extra, domain, torn, given)
+    conditions = tuple(c.put_on(every) for c in conditions)
+    extra = tuple(c.put_on(every) if isinstance(c, JetConstraint) else c for c in extra)
     least, most = _orders(energy, conditions[0].value_shape if conditions else ())
     conditions = (*conditions, *_at_ends(conditions, isinstance(keys, Keyframes), ends, end_rates, most, domain))
     _require_names(conditions)
@@ -76,11 +85,11 @@ def curve_program(
         degree = max(2 * most - 1, highest + 1 if highest >= most else 0)
     degree = checks.whole(degree, max(most, highest), "degree")
     span = _domain(conditions, extra, domain)
-    torn = np.unique(checks.numbers(breaks, "breaks"))
+    torn = np.unique(unified(torn, every))
     outside = ~((torn > span[0]) & (torn < span[1]))
     if outside.any():
         raise InputError(f"break {torn[outside][0]:g} is not inside the domain ({span[0]:g}, {span[1]:g})")
-    inner = _knots(marks, most, degree, span, torn) if knots is None else checks.array(knots, ("K",), "knots")
+    inner = _knots(marks, most, degree, span, torn) if knots is None else unified(given, every)
     if knots is None and refine:
         borders = np.unique(np.concatenate([span, inner]))
         share = np.arange(1, refine + 1) / (refine + 1)
@@ -94,8 +103,10 @@ def curve_program(
 def _asked(keys: object, constraints: object) -> tuple[tuple[CurveCondition, ...], tuple[MotionConstraint, ...]]:
     """The conditions that are linear in the curve, those of the keyframes first, and all others."""
     if isinstance(keys, Keyframes):
+        require_apart(keys.times)
         first: tuple[MotionConstraint, ...] = (CurveCondition.at(keys.times, keys.translation, name=KEYFRAMES),)
     else:
+        require_no_path(keys, "keys")
         first = tuple(keys) if isinstance(keys, Iterable) and not isinstance(keys, str | bytes) else ()
         if not first or not all(isinstance(c, MotionConstraint) for c in first):
             raise InputError("conditions: a sequence of one CurveCondition or more is needed, or Keyframes")
@@ -104,6 +115,20 @@ def _asked(keys: object, constraints: object) -> tuple[tuple[CurveCondition, ...
     if not linear:
         raise InputError("conditions: a sequence of one CurveCondition or more is needed, or Keyframes")
     return linear, tuple(c for c in every if not isinstance(c, CurveCondition))
+
+
+def _spoken_of(
+    conditions: Sequence[CurveCondition],
+    extra: Sequence[MotionConstraint],
+    domain: tuple[float, float] | None,
+    breaks: np.ndarray,
+    knots: np.ndarray,
+) -> np.ndarray:
+    """All times that a program is told: of those that agree up to rounding the first stands for all."""
+    ends = np.empty(0) if domain is None else checks.array(domain, (2,), "domain")
+    asked = [c.times.ravel() for c in conditions]
+    asked += [np.ravel(np.asarray(c.at)) for c in extra if isinstance(c, JetConstraint) and c.at is not None]
+    return np.concatenate([ends, *asked, breaks, knots])
 
 
 def _require_names(conditions: Sequence[CurveCondition]) -> None:
@@ -205,8 +230,15 @@ class CurveDesign:
     order: int
     basis: BSplineBasis
     breaks: np.ndarray
+    # By term, Gauss nodes per span where they are not those that the start needs.
+    nodes: Mapping[str, int] = field(default_factory=dict)
 
     __getstate__ = made_of
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        first = self.conditions[0]
+        return keyframe_notes(first.times[:, 0]) if first.name == KEYFRAMES else ()
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
@@ -235,7 +267,7 @@ class CurveDesign:
         if not self.constraints:
             self._require_determined()
         start = self._start()
-        terms = terms_of(self.objective, self.space, start)
+        terms = terms_of(self.objective, self.space, start, self.nodes)
         lengths = {UNKNOWN: slice(None)}
         return assembled({UNKNOWN: start}, terms, given, self.constraints, self.setting, self, lengths)
 
@@ -330,13 +362,24 @@ class CurveDesign:
         if not hasattr(motion, "to_bspline"):
             raise InputError(f"start {motion!r:.80}: a curve, a solution or numbers are needed")
         spline = motion.to_bspline().clamped()
-        if spline.domain != self.basis.domain or spline.control_points.shape[1:] != self.shape:
+        if not same_times(spline.domain, self.basis.domain) or spline.control_points.shape[1:] != self.shape:
             raise InputError(
                 f"a curve over {spline.domain} with values of shape {spline.control_points.shape[1:]}: "
                 f"{self.basis.domain} and {self.shape} are needed"
             )
         spline = spline.elevated(max(0, self.basis.degree - spline.degree))
         return {UNKNOWN: represent(self.basis, spline, self.basis.greville).control_points.reshape(self.basis.n, -1)}
+
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(program, x, self.objective, self.motion(program.unpack(x)), self.setting.times)
+
+    def refined(self, program: "Program[CurveDesign]", x: np.ndarray) -> "Program[CurveDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        return replace(self, nodes={**self.nodes, **nodes}).program().with_parameters(**program.parameters)
 
     def with_keyframes(self, program: "Program[CurveDesign]", keyframes: Keyframes) -> "Program[CurveDesign]":
         """The program for other keyframes at the same times."""
@@ -345,7 +388,7 @@ class CurveDesign:
         if first.name != KEYFRAMES or not isinstance(keyframes, Keyframes):
             raise InputError("with_keyframes: the program was made of conditions, or these are no Keyframes")
         require_times(keyframes.times, first.times[:, 0])
-        moved = CurveCondition.at(keyframes.times, keyframes.translation, name=KEYFRAMES)
+        moved = CurveCondition.at(first.times[:, 0], keyframes.translation, name=KEYFRAMES)
         fresh = replace(self, conditions=(moved, *self.conditions[1:])).program()
         return replace(fresh, structure=program.structure, build_seconds=perf_counter() - began)
 

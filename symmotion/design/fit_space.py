@@ -4,7 +4,7 @@ import numpy as np
 
 from symmotion import checks
 from symmotion.errors import InputError
-from symmotion.splines import BSplineBasis
+from symmotion.splines import BSplineBasis, unified
 
 
 def fit_basis(times: np.ndarray, used: np.ndarray, degree: int, controls: int | None, knots) -> BSplineBasis:
@@ -21,6 +21,8 @@ def fit_basis(times: np.ndarray, used: np.ndarray, degree: int, controls: int | 
         share = np.linspace(0, len(used) - 1, controls - degree + 1)
         inner = np.interp(share, np.arange(len(used)), times[used])[1:-1]
     ends = [np.full(degree + 1, t) for t in times[[0, -1]]]
+    # A knot that misses a sample by its rounding would leave it inside a support where it weighs nothing.
+    inner = unified(inner, times)
     return BSplineBasis(np.concatenate([ends[0], inner, ends[1]]), degree)
 
 

@@ -1,7 +1,7 @@
 """Motion fitting: few controls that follow many samples (HJK 2.3, application 4), as programs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -13,6 +13,7 @@ from symmotion import checks
 from symmotion.constraints import EndRates, ExactSamples, MotionConstraint, Periodic, Setting
 from symmotion.design.fit_space import fit_basis, require_determined, require_free
 from symmotion.design.independence import require_independent
+from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
     as_constraints,
     built,
@@ -20,6 +21,7 @@ from symmotion.design.question import (
     rates_at_ends,
     require_start,
     require_times,
+    require_volume,
 )
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
@@ -28,7 +30,8 @@ from symmotion.jets import Jet
 from symmotion.jets.linear import LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
-from symmotion.program import Block, Multipliers, Program
+from symmotion.motions.crowding import opposite_note, require_apart
+from symmotion.program import Block, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline
@@ -62,8 +65,10 @@ def fit_program(
     squares of the residuals times √(2/(1 + √(1 + s_i/δ²))), so that both the exact Hessian and a
     Gauss–Newton matrix are at hand. The start is the spline of least squares.
 
-    keys: the samples, `Keyframes`. controls: how many, their knots at equal numbers of samples; or `knots`, the
-    inner knots. objective: an energy or a weighted sum of energies that smooths; nothing when left out.
+    keys: the samples, `Keyframes`. They may crowd, but for exact ones: no motion passes through them. `program.notes`
+    names those of opposite orientations.
+    controls: how many, their knots at equal numbers of samples; or `knots`, the inner knots.
+    objective: an energy or a weighted sum of energies that smooths; nothing when left out.
     constraints: conditions on the jet (`Jet`), as in `affine_program`. ends: what holds at the ends: "natural"
     (nothing), "clamped" with `end_rates` (linear (2, d, d), translation (2, d)), or "periodic", the closed motion.
     weights: (M,) not negative, ones when left out; zero leaves a sample out.
@@ -91,6 +96,10 @@ def fit_program(
     basis = fit_basis(samples.times, used, degree, controls, knots)
     require_determined(basis, samples.times, used)
     require_free(basis, samples.times, kept)
+    if len(kept) > 1:
+        require_apart(samples.times[kept], "exact samples", kept)
+    if energy is not None:
+        require_volume(energy, samples, used)
     start = _least_squares(basis, samples, used, weights)
     at_ends = {"clamped": [EndRates(rates)], "periodic": [Periodic()]}.get(ends, [])
     conditions = (*met, *at_ends, *asked)
@@ -113,6 +122,8 @@ class FitDesign:
     huber: float | None
     exact: np.ndarray
     constraints: tuple[MotionConstraint, ...] = ()
+    # By term, Gauss nodes per span where they are not those that the start needs.
+    nodes: Mapping[str, int] = field(default_factory=dict)
 
     __getstate__ = made_of
 
@@ -131,6 +142,12 @@ class FitDesign:
         return affine_space(self.basis, d, d * d + d)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        # Samples may crowd: they are not met.
+        note = opposite_note(self.samples.linear[np.union1d(self.followed, self.exact)])
+        return () if note is None else (note,)
+
+    @property
     def setting(self) -> Setting:
         samples = self.samples
         return Setting((self.space,), samples.times, samples.linear, samples.translation, held=False)
@@ -140,7 +157,7 @@ class FitDesign:
         start = {UNKNOWN: self.start.control_points}
         terms = [self._data_term()] if len(self.followed) else []
         if self.objective:
-            terms += terms_of(self.objective, self.space, self.start.control_points)
+            terms += terms_of(self.objective, self.space, self.start.control_points, self.nodes)
         lengths, given = {UNKNOWN: slice(self.samples.dimension**2, None)}, built(self.constraints, self.setting, [])
         program = Program(start, tuple(terms), tuple(given), self, lengths=lengths)
         if any(not isinstance(c, ExactSamples) for c in self.constraints):
@@ -206,6 +223,17 @@ class FitDesign:
         d = self.samples.dimension
         shaped = np.asarray(multipliers.get(EXACT, np.empty((0, d * d + d))))
         return {**multipliers, EXACT: Affine(shaped[:, : d * d].reshape(-1, d, d), shaped[:, d * d :])}
+
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(program, x, self.objective, self.motion(program.unpack(x)), self.samples.times)
+
+    def refined(self, program: "Program[FitDesign]", x: np.ndarray) -> "Program[FitDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        return replace(self, nodes={**self.nodes, **nodes}).program().with_parameters(**program.parameters)
 
     def with_keyframes(self, program: "Program[FitDesign]", keyframes: Keyframes) -> "Program[FitDesign]":
         """The program for other samples at the same times; structure and kernels are kept."""

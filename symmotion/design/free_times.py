@@ -1,7 +1,7 @@
 """Keyframe times as unknowns: the best motion through keyframes over their inner times too, as programs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -13,12 +13,15 @@ from symmotion import checks
 from symmotion.constraints import EndRates, MotionConstraint, Setting
 from symmotion.design.affine import RIGIDITY, refined_times, represent
 from symmotion.design.moving_space import MovingSpace, local_derivative, local_symbols
+from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
     Groups,
+    apart_keyframes,
     as_constraints,
     assembled,
     by_keyframe,
     keyframe_groups,
+    keyframe_notes,
     other_keyframes,
     rates_at_ends,
     require_start,
@@ -31,11 +34,13 @@ from symmotion.jets import Jet
 from symmotion.jets.linear import affine_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
-from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
-from symmotion.program import Block, Constraint, Multipliers, Program
+from symmotion.motions import Affine, AffineMotion, Keyframes
+from symmotion.motions.crowding import require_apart
+from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
+from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, same_times
+from symmotion.splines.instants import rounding
 
 LEAST_SHARE = 0.02
 
@@ -60,8 +65,9 @@ def free_times_program(
     1/T and R*, E as 1/T³ with the total time T, so that without it there is no minimum. The knots
     move with the times: simple ones at the keyframes, `refine` more at equal steps in every segment.
 
-    keys: `Keyframes`, M ≥ 3, their times are the start. objective: Rigidity() when left out. constraints: conditions
-    on the jet (`Jet`); a time in one is a place between keyframes, told by the times of the start, and moves with them.
+    keys: `Keyframes`, M ≥ 3, their times are the start, as far apart as in `affine_program`.
+    objective: Rigidity() when left out. constraints: conditions on the jet (`Jet`); a time in one is a place between
+    keyframes, told by the times of the start, and moves with them.
     ends: what holds at the ends: "natural" (nothing) or "clamped" with `end_rates`. knots: none can be given, for they
     move. least_step: in the unit of time, a fiftieth of the mean step when left out.
 
@@ -73,7 +79,7 @@ def free_times_program(
     `design.times(x)` and `design.keyframes_at(x)` read the times.
     """
     began = perf_counter()
-    keyframes, asked = as_keyframes(keys), as_constraints(constraints)
+    keyframes, asked = apart_keyframes(keys), as_constraints(constraints)
     energy = as_objective(objective, RIGIDITY)
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine")
     if knots is not None:
@@ -84,9 +90,10 @@ def free_times_program(
         raise InputError(f"{m} keyframes have no inner time: at least 3 are needed")
     mean = (times[-1] - times[0]) / (m - 1)
     least = LEAST_SHARE * mean if least_step is None else checks.positive(least_step, "least_step")
-    if not 0 < least < mean:
+    slack = rounding(times)
+    if not 0 < least < mean - slack:
         raise InputError(f"least_step {least:g}: between 0 and the mean step, {mean:g}, is needed, both excluded")
-    short = np.diff(times) <= least
+    short = np.diff(times) <= least + slack
     if short.any():
         i = int(np.argmax(short))
         raise InputError(
@@ -108,6 +115,8 @@ class FreeTimesDesign:
     refine: int
     least_step: float
     constraints: tuple[MotionConstraint, ...] = ()
+    # By term, Gauss nodes per span where they are not those that the start needs.
+    nodes: Mapping[str, int] = field(default_factory=dict)
 
     __getstate__ = made_of
 
@@ -122,6 +131,10 @@ class FreeTimesDesign:
     def space(self) -> MovingSpace:
         ends = refined_times(self.keyframes.times, self.refine)
         return MovingSpace(self.degree, self.channels, self.keyframes.dimension, ends, self.unit)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return keyframe_notes(self.keyframes.times, self.keyframes.linear)
 
     @property
     def setting(self) -> Setting:
@@ -150,7 +163,8 @@ class FreeTimesDesign:
         still = affine_space(motion.basis, d, d * d + d)
         terms = []
         for name, weight, energy in parts_of(self.objective):
-            nodes = nodes_for(energy, weight, still, motion.spline.control_points)
+            known = self.nodes.get(name)
+            nodes = known or nodes_for(energy, weight, still, motion.spline.control_points)
             _, squares = closed_expression(energy, weight, self.space.symbols())
 
             def expression(jet: Jet, e: Energy = energy, w: float = weight) -> ca.SX:
@@ -235,7 +249,7 @@ class FreeTimesDesign:
     def unknowns(self, motion: AffineMotion) -> dict[str, np.ndarray]:
         """The unknowns that represent a motion: exactly where its space is one of these, else at the start's times."""
         require_start(motion, AffineMotion, self.keyframes.dimension)
-        ends = np.allclose(motion.domain, self.keyframes.times[[0, -1]])
+        ends = same_times(motion.domain, self.keyframes.times[[0, -1]])
         if not (ends and motion.degree == self.degree and len(motion.basis.breakpoints) == self.spans + 1):
             basis = BSplineBasis.clamped(refined_times(self.keyframes.times, self.refine), self.degree)
             spline = represent(basis, motion.spline, self.keyframes.times)
@@ -252,11 +266,23 @@ class FreeTimesDesign:
             "knots": multipliers["knots"][:, 0] / self.unit,
         }
 
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(program, x, self.objective, self.motion(program.unpack(x)), self.times(x))
+
+    def refined(self, program: "Program[FreeTimesDesign]", x: np.ndarray) -> "Program[FreeTimesDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        return replace(self, nodes={**self.nodes, **nodes}).program().with_parameters(**program.parameters)
+
     def with_keyframes(self, program: "Program[FreeTimesDesign]", keyframes: Keyframes) -> "Program[FreeTimesDesign]":
         """The program for other keyframes over the same time, started from theirs; compiled kernels are kept."""
         keyframes = other_keyframes(keyframes, self.keyframes)
         if len(keyframes) != len(self.keyframes):
             raise InputError(f"{keyframes!r} for a program of {self.keyframes!r}")
-        if not np.array_equal(keyframes.times[[0, -1]], self.keyframes.times[[0, -1]]):
+        if not same_times(keyframes.times[[0, -1]], self.keyframes.times[[0, -1]]):
             raise InputError("with_keyframes keeps the first and the last time; make a new program for others")
+        require_apart(keyframes.times)
         return replace(self, keyframes=keyframes).program()

@@ -11,7 +11,7 @@ from symmotion.constraints import JetConstraint, MotionConstraint, Setting
 from symmotion.design.question import as_constraints, assembled
 from symmotion.errors import InputError
 from symmotion.jets.space import JetSpace, Places
-from symmotion.program import Block, Constraint, Multipliers, Program
+from symmotion.program import Block, Constraint, Integrated, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 
 
@@ -63,6 +63,10 @@ class JoinedDesign:
         return {**made_of(self), "constraints": tuple(c.written_for(*jets) for c in self.constraints)}
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        return tuple(f"{body}: {note}" for body, p in self.programs.items() for note in p.notes)
+
+    @property
     def _settings(self) -> list[Setting]:
         return [p.design.setting for p in self.programs.values() if isinstance(p.design, Spaced)]
 
@@ -100,6 +104,28 @@ class JoinedDesign:
             own = {c.name: rest.pop(_of(body, c.name)) for c in p.constraints}
             shown |= {_of(body, k): v for k, v in p.design.multipliers(own).items()}
         return {**shown, **rest}
+
+    def _bodies(self, program: Program, x: np.ndarray) -> dict[str, tuple[Program, np.ndarray]]:
+        """By body, of those whose terms are integrals, its own program and its share of x."""
+        every = program.unpack(x)
+        return {
+            body: (p, p.pack({k: every[_of(body, k)] for k in p.start}))
+            for body, p in self.programs.items()
+            if isinstance(p.design, Integrated)
+        }
+
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        found = {body: p.design.quadratures(p, own) for body, (p, own) in self._bodies(program, x).items()}
+        return {_of(body, name): q for body, terms in found.items() for name, q in terms.items()}
+
+    def refined(self, program: "Program[JoinedDesign]", x: np.ndarray) -> "Program[JoinedDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        own = {body: p.design.refined(p, x) for body, (p, x) in self._bodies(program, x).items()}
+        finer = {body: p for body, p in own.items() if p is not None}
+        if not finer:
+            return None
+        return replace(self, programs={**self.programs, **finer}).program().with_parameters(**program.parameters)
 
     def with_keyframes(
         self, program: "Program[JoinedDesign]", keyframes: Mapping[str, object]

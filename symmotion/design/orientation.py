@@ -1,7 +1,7 @@
 """Orientation motions through keyframes, least torque first of all, as programs on control quaternions."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -15,26 +15,29 @@ from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, 
 from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import ControlSpace
 from symmotion.design.control_start import carried, motion_of
-from symmotion.design.question import as_constraints, assembled, require_start, require_times
+from symmotion.design.integrals import integrand
+from symmotion.design.quadratures import nodes_at, term_quadratures
+from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_start, require_times
 from symmotion.design.terms import as_objective, closed_expression, expression_of, parts_of
-from symmotion.energies import Energy, JetEnergy, Torque
+from symmotion.energies import Energy, Torque
 from symmotion.errors import InputError
 from symmotion.jets import RigidJet, rotation
 from symmotion.jets.space import UNKNOWN, block_of
-from symmotion.motions import Keyframes
+from symmotion.motions import Keyframes, PoseMotion
+from symmotion.motions.crowding import require_apart
 from symmotion.motions.quaternions import OrientationKeys, QuaternionMotion
 from symmotion.motions.quaternions.algebra import Signs, conjugate, to_rotation
 from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
-from symmotion.program import Block, Constraint, Multipliers, Program
+from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis
+from symmotion.splines import BSplineBasis, same_times
+from symmotion.splines.instants import distinct
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
 
 TORQUE = Torque()
-RIGID_NODES = 6  # Gauss nodes per span of terms that do not say how many they need
 
 RENAMED = {
     "inertia": "objective=Torque(inertia)",
@@ -61,6 +64,7 @@ def orientation_program(
     end_rates: ArrayLike | None = None,
     turns: ArrayLike | None = None,
     signs: Signs = "align",
+    scalar_first: bool = True,
 ) -> "Program[OrientationDesign]":
     """The orientation motion of least torque, or otherwise best, through keyframes: KKS 6.1 leave it open.
 
@@ -69,7 +73,8 @@ def orientation_program(
     costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
 
     keys: rigid `Keyframes` in space, whose rotations are taken; or times (M,) increasing, beside
-        quaternions: (M, 4) scalar first, or a SciPy `Rotation`.
+        quaternions: (M, 4), scalar first unless `scalar_first` says else, or a SciPy `Rotation`. As far apart as in
+            `affine_program`.
     objective: an energy or weighted sum of energies of the jet (`RigidJet`), Torque() when left out.
     constraints: conditions on the jet, each with multipliers under its name.
     degree: at least 2. refine: knots inserted in every keyframe interval, equally spaced, beside the simple knots
@@ -83,7 +88,8 @@ def orientation_program(
     began = perf_counter()
     asked = as_constraints(constraints)
     energy = as_objective(objective, TORQUE)
-    given = OrientationKeys.of(keys, quaternions, turns, signs)
+    given = OrientationKeys.of(keys, quaternions, turns, signs, scalar_first=scalar_first)
+    require_apart(given.times)
     design = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates)
     return replace(design.program(), build_seconds=perf_counter() - began)
 
@@ -99,6 +105,8 @@ class OrientationDesign:
     end_rates: np.ndarray | None
     start: QuaternionMotion
     space: ControlSpace
+    # By term, Gauss nodes per span where they are not those that the start needs.
+    nodes: Mapping[str, int] = field(default_factory=dict)
 
     @staticmethod
     def of(
@@ -127,6 +135,10 @@ class OrientationDesign:
 
     __getstate__ = made_of
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return keyframe_notes(self.keys.times)
+
     @cached_property
     def setting(self) -> Setting:
         keys = self.keys
@@ -138,11 +150,17 @@ class OrientationDesign:
         """The program of this question."""
         controls = {UNKNOWN: self.start.control_points.copy()}
         given = self.given()
-        return assembled(controls, self.terms(), given, self.constraints, self.setting, self)
+        return assembled(controls, self.terms(self.start), given, self.constraints, self.setting, self)
 
-    def terms(self) -> tuple[Block, ...]:
-        """The objective's terms."""
-        return tuple(rigid_term(self.space, name, weight, energy) for name, weight, energy in parts_of(self.objective))
+    def terms(self, start: QuaternionMotion | PoseMotion) -> tuple[Block, ...]:
+        """The objective's terms, their nodes enough for the motion that the program starts from."""
+        found = []
+        for name, weight, energy in parts_of(self.objective):
+            nodes = self.nodes.get(name) or energy.nodes(self.space.basis.degree)
+            if name not in self.nodes and not energy.stated:
+                nodes = integrand(start, energy).nodes(nodes)
+            found.append(rigid_term(self.space, name, weight, energy, nodes))
+        return tuple(found)
 
     @cached_property
     def held(self) -> np.ndarray:
@@ -184,7 +202,7 @@ class OrientationDesign:
         """The unknowns closest to a curve: its own controls where the space is the same."""
         require_start(motion, QuaternionMotion, 3)
         basis = self.space.basis
-        if motion.degree == basis.degree and np.array_equal(motion.basis.knots, basis.knots):
+        if motion.degree == basis.degree and same_times(motion.basis.knots, basis.knots):
             return {UNKNOWN: motion.control_points.copy()}
         return {UNKNOWN: carried(motion, basis)[0].control_points.copy()}
 
@@ -194,6 +212,17 @@ class OrientationDesign:
         if "keyframes" in multipliers:
             shaped[self.held] = multipliers["keyframes"]
         return {**multipliers, "keyframes": shaped}
+
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(program, x, self.objective, self.motion(program.unpack(x)), self.keys.times)
+
+    def refined(self, program: "Program[OrientationDesign]", x: np.ndarray) -> "Program[OrientationDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        return replace(self, nodes={**self.nodes, **nodes}).program().with_parameters(**program.parameters)
 
     def with_keyframes(
         self, program: "Program[OrientationDesign]", keyframes: "Keyframes | tuple[ArrayLike, Rotations] | Rotations"
@@ -229,20 +258,18 @@ def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike 
     degree, refine = checks.whole(degree, 2, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
     breaks = refined_times(times, refine)
     if knots is not None:
-        inner = checks.times(knots, "knots")
+        inner = distinct(checks.times(knots, "knots"), times)
         if inner[0] <= times[0] or inner[-1] >= times[-1]:
             raise InputError(f"knots: all lie inside the domain ({times[0]:g}, {times[-1]:g})")
         breaks = np.concatenate([times[:1], inner, times[-1:]])
     return (BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped)(breaks, degree)
 
 
-def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy) -> Block:
-    """An energy as a term over a quaternion curve or a pose."""
+def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy, nodes: int) -> Block:
+    """An energy as a term over a quaternion curve or a pose, by Gauss nodes on every span."""
     _, squares = closed_expression(energy, weight, space.symbols())
-    stated = isinstance(energy, Torque) or (isinstance(energy, JetEnergy) and energy.exact)
-    nodes = energy.nodes(space.basis.degree) if stated else RIGID_NODES
 
     def expression(jet: RigidJet) -> ca.SX:
         return expression_of(energy, weight, jet)[0]
 
-    return space.integral(name, expression, squares, nodes, weight, whole=isinstance(energy, Torque))
+    return space.integral(name, expression, squares, nodes, weight, whole=isinstance(energy, Torque) and energy.stated)

@@ -14,18 +14,20 @@ from symmotion import checks
 from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.control_start import motion_of
 from symmotion.design.orientation import RENAMED, TORQUE, OrientationDesign
+from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, require_start, require_times
 from symmotion.design.terms import as_objective, closed_expression, parts_of
 from symmotion.energies import Energy, TrajectoryEnergy
 from symmotion.errors import InputError
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Keyframes, PoseMotion
+from symmotion.motions.crowding import require_apart
 from symmotion.motions.quaternions import OrientationKeys
 from symmotion.motions.quaternions.algebra import Signs
-from symmotion.program import Constraint, Multipliers, Program
+from symmotion.program import Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import Spline, closest, cubic_interpolant
+from symmotion.splines import Spline, closest, cubic_interpolant, same_times
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
@@ -48,6 +50,7 @@ def pose_program(
     end_rates: ArrayLike | None = None,
     turns: ArrayLike | None = None,
     signs: Signs = "align",
+    scalar_first: bool = True,
 ) -> "Program[PoseDesign]":
     """The rigid motion of least torque and bending, or otherwise best, through poses, as one program.
 
@@ -55,16 +58,21 @@ def pose_program(
     keyframe, and the constraints.
 
     keys: rigid `Keyframes` in space; or times (M,), beside quaternions: (M, 4) scalar first, or a
-        `Rotation`, and translation: (M, 3).
+        `Rotation`, and translation: (M, 3); or a `RigidTransform`, which has both.
     objective: an energy or weighted sum of energies of the jet (`RigidJet`); Torque() plus a TrajectoryEnergy of
         the origin when left out, which is ∫ ‖Ω̇‖² + ‖v̈‖² and leaves position and orientation apart. It has to see the
         translation. The rest is as in `orientation_program`; `end_rates` are those of the turn.
     """
     began = perf_counter()
     asked = as_constraints(constraints)
-    given = OrientationKeys.of(keys, quaternions, turns, signs)
+    given = OrientationKeys.of(keys, quaternions, turns, signs, scalar_first=scalar_first)
+    require_apart(given.times)
     if isinstance(keys, Keyframes) and translation is None:
         translation = keys.translation
+    if translation is None:
+        translation = getattr(quaternions, "translation", None)  # of a RigidTransform
+    if translation is None:
+        raise InputError("translation: (M, 3), the places of the keyframes, is needed beside times and rotations")
     points = checks.array(translation, (len(given), 3), "translation")
     energy = as_objective(objective, TORQUE + ORIGIN)
     turning = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates, channels=7)
@@ -102,6 +110,10 @@ class PoseDesign:
 
     __getstate__ = made_of
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return self.turning.notes
+
     @cached_property
     def setting(self) -> Setting:
         return replace(self.turning.setting, translation=self.translation)
@@ -112,7 +124,9 @@ class PoseDesign:
         turning = self.turning
         given = [*turning.given(), *self._places()]
         start, lengths = {UNKNOWN: controls}, {UNKNOWN: slice(4, None)}
-        return assembled(start, turning.terms(), given, turning.constraints, self.setting, self, lengths)
+        return assembled(
+            start, turning.terms(self.motion(start)), given, turning.constraints, self.setting, self, lengths
+        )
 
     @cached_property
     def placed(self) -> np.ndarray:
@@ -138,7 +152,7 @@ class PoseDesign:
         """The unknowns of a motion over the same knots."""
         require_start(motion, PoseMotion, 3)
         basis = self.turning.space.basis
-        if not np.array_equal(motion.translation.basis.knots, basis.knots):
+        if not same_times(motion.translation.basis.knots, basis.knots):
             raise InputError("a start for a pose program has the knots of the program")
         turning = self.turning.unknowns(motion.orientation)[UNKNOWN]
         return {UNKNOWN: np.concatenate([turning, motion.translation.control_points], axis=1)}
@@ -149,6 +163,20 @@ class PoseDesign:
         if "translation" in multipliers:
             placed[self.placed] = multipliers["translation"]
         return {**self.turning.multipliers(multipliers), "translation": placed}
+
+    def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        return term_quadratures(
+            program, x, self.turning.objective, self.motion(program.unpack(x)), self.turning.keys.times
+        )
+
+    def refined(self, program: "Program[PoseDesign]", x: np.ndarray) -> "Program[PoseDesign] | None":
+        """The program with the nodes that ten digits need at x (unknowns,); None where it has them, or can have."""
+        nodes = nodes_at(program, x, self.turning.objective, self.motion(program.unpack(x)))
+        if not nodes:
+            return None
+        turning = replace(self.turning, nodes={**self.turning.nodes, **nodes})
+        return replace(self, turning=turning).program().with_parameters(**program.parameters)
 
     def with_keyframes(
         self, program: "Program[PoseDesign]", keyframes: "Keyframes | tuple[ArrayLike, Rotations, ArrayLike]"

@@ -14,8 +14,9 @@ from symmotion.design.terms import distinct
 from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes, as_keyframes
+from symmotion.motions.crowding import close_note, opposite_note, require_apart
 from symmotion.program import Block, Constraint, DesignT, Multipliers, Program
-from symmotion.splines import check_times
+from symmotion.splines import check_times, same_times, unified
 
 
 def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
@@ -27,7 +28,9 @@ def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
     found = tuple(constraints)
     for c in found:
         if not isinstance(c, MotionConstraint):
-            raise InputError(f"constraint {c!r} is no condition on a motion")
+            raise InputError(
+                f"constraint {c!r:.80} is no condition on a motion: JetConstraint(lambda jet: …) makes one"
+            )
         if not is_dataclass(c) or "name" not in {f.name for f in fields(c)}:
             raise InputError(f"constraint {type(c).__name__}: a dataclass with a field `name` is needed")
         checks.text(c.name, f"name of the {type(c).__name__}")
@@ -50,8 +53,8 @@ def rates_at_ends(
 
 
 def require_times(times: ArrayLike, wanted: np.ndarray) -> None:
-    """InputError for keyframes at other times than a program's."""
-    if not np.array_equal(check_times(times), wanted):
+    """InputError for keyframes at other times than a program's, up to rounding."""
+    if not same_times(check_times(times), wanted):
         raise InputError("with_keyframes keeps the times; make a new program for other times")
 
 
@@ -60,20 +63,37 @@ def other_keyframes(keyframes: object, old: Keyframes) -> Keyframes:
     keys = as_keyframes(keyframes, what="keyframes")  # pyright: ignore[reportArgumentType] it is found out there
     if keys.dimension != old.dimension:
         raise InputError(f"keyframes in {keys.dimension}D for a program in {old.dimension}D")
-    return keys
+    return Keyframes(unified(keys.times, old.times), keys.linear, keys.translation)
 
 
-def require_volume(objective: Energy, keys: Keyframes) -> None:
-    """InputError that names the keyframe where det A has vanished or changed sign, where an energy divides by it."""
+def apart_keyframes(keys: object, what: str = "keys") -> Keyframes:
+    """The keyframes of a program that meets them; InputError for two closer than a millionth of the median step."""
+    found = as_keyframes(keys, what=what)  # pyright: ignore[reportArgumentType] it is found out there
+    require_apart(found.times)
+    return found
+
+
+def keyframe_notes(times: np.ndarray, linear: np.ndarray | None = None) -> tuple[str, ...]:
+    """What a program says of keyframes that it takes: close ones, linear parts (M, d, d) of opposite orientations."""
+    found = (close_note(times), None if linear is None else opposite_note(linear))
+    return tuple(note for note in found if note is not None)
+
+
+def require_volume(objective: Energy, keys: Keyframes, which: np.ndarray | None = None) -> None:
+    """InputError that names the keyframe where det A has vanished or changed sign, where an energy divides by it.
+
+    which: numbers of those that count, all when left out.
+    """
+    which = np.arange(len(keys)) if which is None else which
     for weight, energy in objective.parts:
         if weight and energy.divides_by_volume:
             volumes = np.linalg.det(keys.linear)
-            wrong = volumes * volumes[0] <= 0
+            wrong = volumes[which] * volumes[which[0]] <= 0
             if wrong.any():
-                i = int(np.argmax(wrong))
+                first, i = which[0], which[np.argmax(wrong)]
                 raise InputError(
-                    f"keyframe {i} has determinant {volumes[i]:.3g} and keyframe 0 {volumes[0]:.3g}: between them A is "
-                    f"singular, where {energy.name} is infinite; leave it out, or mend the keyframe"
+                    f"keyframe {i} has determinant {volumes[i]:.3g} and keyframe {first} {volumes[first]:.3g}: between "
+                    f"them A is singular, where {energy.name} is infinite; leave it out, or mend the keyframe"
                 )
 
 

@@ -1,6 +1,6 @@
 """Energies as terms of programs: their kernels, and how many nodes their integrals need."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 import casadi as ca
@@ -11,10 +11,8 @@ from symmotion.energies import Energy, JetEnergy
 from symmotion.errors import InputError
 from symmotion.jets.jet import AnyJet, as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import JetKernel, LinearSpace
-from symmotion.program import Block, BlockEvaluator
+from symmotion.program import QUADRATURE, Block, BlockEvaluator
 
-# Relative change of an integral between a node count and twice as many that counts as none.
-QUADRATURE = 1e-10
 MOST_NODES = 40
 
 T = TypeVar("T")
@@ -25,7 +23,9 @@ def as_objective(objective: Energy | None, default: Energy) -> Energy:
     if objective is None:
         return default
     if not isinstance(objective, Energy):
-        raise InputError(f"objective {objective!r} is no energy")
+        if isinstance(objective, type):
+            raise InputError(f"objective {objective.__name__} is a class: {objective.__name__}(…) makes one")
+        raise InputError(f"objective {objective!r:.80} is no energy, such as Rigidity()")
     return objective
 
 
@@ -51,10 +51,10 @@ def expression_of(energy: Energy, weight: float, jet: AnyJet) -> tuple[ca.SX, bo
     InputError that names the energy where it cannot be said of such a jet.
     """
     who, kind = f"energy {energy.name}", of_jets([jet])
-    residuals = said(who, kind, lambda: energy.residuals(jet)) if weight > 0 else None
+    residuals = said(who, "", kind, lambda: energy.residuals(jet)) if weight > 0 else None
     if residuals is not None:
         return ca.vec(as_expression(who, residuals)), True
-    out = as_expression(who, said(who, kind, lambda: energy.integrand(jet)))
+    out = as_expression(who, said(who, "", kind, lambda: energy.integrand(jet)))
     if out.numel() != 1:
         raise InputError(
             f"{who} returns shape {out.shape} as integrand: a scalar is needed; a column of residuals, whose squares "
@@ -102,7 +102,7 @@ def kept(energy: Energy, key: object, make: Callable[[], T]) -> T:
 def nodes_for(energy: Energy, weight: float, space: LinearSpace, controls: np.ndarray) -> int:
     """Gauss nodes per span for an energy: the exact number, or enough at these controls to 1e-10."""
     nodes, kernel = energy.nodes(space.basis.degree), kernel_of(energy, weight, space)
-    while not energy.exact and nodes < MOST_NODES:
+    while not (energy.exact or energy.stated) and nodes < MOST_NODES:
         value, finer = (_value(kernel.integral(energy.name, space, n, 1.0), controls) for n in (nodes, 2 * nodes))
         if not abs(finer - value) > QUADRATURE * abs(finer):  # not a number counts as enough: nothing to refine
             break
@@ -110,10 +110,16 @@ def nodes_for(energy: Energy, weight: float, space: LinearSpace, controls: np.nd
     return nodes
 
 
-def terms_of(objective: Energy, space: LinearSpace, controls: np.ndarray) -> list[Block]:
-    """The terms of an objective over a linear space, their nodes enough at these controls (n, width)."""
+def terms_of(
+    objective: Energy, space: LinearSpace, controls: np.ndarray, nodes: Mapping[str, int] | None = None
+) -> list[Block]:
+    """The terms of an objective over a linear space, their nodes enough at these controls (n, width).
+
+    nodes: by term, where they are known.
+    """
+    known = nodes or {}
     return [
-        kernel_of(e, w, space).integral(name, space, nodes_for(e, w, space, controls), w)
+        kernel_of(e, w, space).integral(name, space, known.get(name) or nodes_for(e, w, space, controls), w)
         for name, w, e in parts_of(objective)
     ]
 

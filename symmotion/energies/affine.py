@@ -73,6 +73,10 @@ class Rigidity(Energy):
         pairs = [(i, j) for i in range(len(w)) for j in range(i + 1) if w[i, j] > 0]
         return ca.vertcat(*(np.sqrt(w[i, j] * (1 if i == j else 2)) * rate[i, j] for i, j in pairs))
 
+    @property
+    def exact(self) -> bool:
+        return True
+
     def nodes(self, degree: int) -> int:
         # On a span the integrand has degree 4p − 2, for R* 4p − 4; m Gauss nodes are exact to 2m − 1.
         return max(1, 2 * degree + 1 - self.order)
@@ -117,6 +121,10 @@ class TrajectoryEnergy(Energy):
         if self.points.shape[1] != jet.dimension:
             raise InputError(f"body points of dimension {self.points.shape[1]} for a motion in {jet.dimension}D")
         return jet.bending(self.points, np.ones(len(self.points)) if self.masses is None else self.masses)
+
+    @property
+    def exact(self) -> bool:
+        return True
 
     def nodes(self, degree: int) -> int:
         return max(1, degree - 1)

@@ -32,6 +32,10 @@ class Bending(Energy):
         # Row by row, as the curve's coordinates are counted.
         return ca.vec(jet.derivatives[self.order].T)
 
+    @property
+    def exact(self) -> bool:
+        return True
+
     def nodes(self, degree: int) -> int:
         # On a span the integrand has degree 2 (p − k).
         return max(1, degree - self.order + 1)

@@ -11,8 +11,9 @@ import numpy as np
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.jets import Written
-from symmotion.jets.jet import as_expression
-from symmotion.values import restore, same, same_fields, settle
+from symmotion.jets.jet import as_expression, said
+from symmotion.jets.written import same_text
+from symmotion.values import adopt, restore, same, same_fields, settle
 
 # Any: of the kind that an energy is written for, which it says itself.
 OwnJet: TypeAlias = Any
@@ -24,6 +25,10 @@ class Energy:
     The jet is that of whatever motion the energy is asked of: `Jet`, `RigidJet`, `CurveJet`. Arrays in the fields of
     a subclass that is a dataclass are copied, and refuse writes.
     """
+
+    def __init_subclass__(cls, **options: object):
+        super().__init_subclass__(**options)
+        adopt(cls, settle)
 
     def __post_init__(self):
         settle(self)
@@ -49,13 +54,22 @@ class Energy:
         return ca.sumsqr(residuals)
 
     def nodes(self, degree: int) -> int:
-        """Gauss nodes per span for a motion of this degree."""
+        """Gauss nodes per span for a motion of this degree, in every kind of program those to begin with.
+
+        A program takes more of them until ten digits of its start's value are right, and `program.refined` those of a
+        solution; not where `exact` or `stated` says that these are the ones to take.
+        """
         return 2 * degree
 
     @property
     def exact(self) -> bool:
-        """Whether `nodes` integrates exactly; where not, programs choose the number by the error."""
-        return True
+        """Whether `nodes` are enough where the coordinates are splines, the integrand being a polynomial of them."""
+        return False
+
+    @property
+    def stated(self) -> bool:
+        """Whether `nodes` are taken as they are, whatever the error: it is told in the solution."""
+        return False
 
     @property
     def divides_by_volume(self) -> bool:
@@ -71,6 +85,10 @@ class Energy:
         if not isinstance(other, Energy):
             return NotImplemented
         return EnergySum(self.parts + other.parts)
+
+    def __radd__(self, other: object) -> "Energy":
+        # What `sum` begins with.
+        return self if other == 0 else NotImplemented
 
     def __sub__(self, other: "Energy") -> "EnergySum":
         if not isinstance(other, Energy):
@@ -151,7 +169,7 @@ class JetEnergy(Energy):
     function: from a jet to a scalar φ, or, with `squares`, to a column of residuals whose
         sum of squares is φ (preferred where it exists: the solver then has a Gauss–Newton matrix).
     label: its name in programs and reports.
-    gauss_nodes: per span; when left out, as many as the quadrature error asks for; six for quaternion curves.
+    gauss_nodes: per span; when left out, as many as the quadrature error asks for.
 
         JetEnergy(lambda jet: jet.ddv, squares=True, label="acceleration of the origin")
     """
@@ -174,9 +192,19 @@ class JetEnergy(Energy):
     def __deepcopy__(self, memo: object) -> "JetEnergy":
         return self
 
-    def __reduce__(self):
+    def __getstate__(self) -> dict[str, object]:
         # A lambda does not pickle, the expression that it makes does.
-        return JetEnergy, (Written.of(self.function), self.squares, self.label, self.gauss_nodes)
+        return {**super().__getstate__(), "function": self._written()}
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, JetEnergy) or not same_fields(self, other, but="function"):
+            return False
+        return same(self.function, other.function) or same_text(self._written, other._written)
+
+    __hash__ = None  # pyright: ignore[reportAssignmentType] - as of every energy
+
+    def _written(self) -> Written:
+        return said(f"energy {self.name}", "", "jets of every kind", lambda: Written.of(self.function))
 
     @property
     def name(self) -> str:
@@ -195,5 +223,5 @@ class JetEnergy(Energy):
         return self.gauss_nodes or 2 * degree
 
     @property
-    def exact(self) -> bool:
+    def stated(self) -> bool:
         return self.gauss_nodes is not None

@@ -23,10 +23,6 @@ class StrainRate(Energy):
         return "S"
 
     @property
-    def exact(self) -> bool:
-        return False
-
-    @property
     def divides_by_volume(self) -> bool:
         return True
 
@@ -47,10 +43,6 @@ class StrainAcceleration(Energy):
     @property
     def name(self) -> str:
         return "S*"
-
-    @property
-    def exact(self) -> bool:
-        return False
 
     @property
     def divides_by_volume(self) -> bool:

@@ -11,6 +11,7 @@ from symmotion.fairing.jumps import Jumps
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.rational import RationalMotion
 from symmotion.motions.two_parameter import TwoParameterMotion
+from symmotion.splines import unified
 
 Motion = TwoParameterMotion | RationalMotion
 AnyMotion = TypeVar("AnyMotion", TwoParameterMotion, RationalMotion)
@@ -88,15 +89,17 @@ class Box:
         if region is None:
             return Box((0, jumps.u.count), (0, jumps.v.count))
         try:
-            intervals = np.array(region, dtype=float).reshape(len(motion.bases), 2)
+            intervals = checks.numbers(region, "region").reshape(len(motion.bases), 2)
         except (TypeError, ValueError):
             needed = "(a, b)" if len(motion.bases) == 1 else "((a, b), (c, d)), intervals of u and v"
             raise InputError(f"region {region!r}: {needed} is needed") from None
         ranges = [(0, jumps.v.count)] * 2
         for k, ((a, b), direction, basis) in enumerate(zip(intervals, (jumps.u, jumps.v), motion.bases, strict=False)):
             low, high = basis.domain
+            a, b = unified([a, b], [low, high])
             if not low <= a <= b <= high:
                 raise InputError(f"region {'uv'[k]} from {a:g} to {b:g}: must increase within {low:g} to {high:g}")
+            a, b = unified([a, b], direction.knots)
             first, last = np.searchsorted(direction.knots, a), np.searchsorted(direction.knots, b, side="right")
             if first == last:
                 raise InputError(f"region {'uv'[k]} from {a:g} to {b:g} holds no interior knot")

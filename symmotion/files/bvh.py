@@ -42,7 +42,7 @@ def read_bvh_keyframes(path: FilePath, *, times: ArrayLike | None = None, node: 
     skeleton = read_bvh(path)
     try:
         keyframes = skeleton.keyframes(node)
-        return keyframes if times is None else Keyframes(np.asarray(times), keyframes.linear, keyframes.translation)
+        return keyframes if times is None else Keyframes(times, keyframes.linear, keyframes.translation)
     except InputError as error:  # which knows no file
         raise InputError(f"{path}: {error}") from None
 

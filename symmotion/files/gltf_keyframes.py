@@ -1,6 +1,6 @@
 """Keyframes out of the node animations of glTF files."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from symmotion.files.keys import HermiteKeys
 from symmotion.motions import Keyframes
 from symmotion.motions.interpolants import slerp
 from symmotion.motions.quaternions.algebra import rotate
+from symmotion.splines.instants import distinct, unified
 
 PATHS = {"translation": 3, "rotation": 4, "scale": 3}
 AT_REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
@@ -81,6 +82,18 @@ def read_gltf_keyframes(
     chain = _ancestry(parents, index)
     if not any(k in channels for k in chain):
         raise InputError(f"{path}: node {_name(nodes[index])} does not move; animated are {_listed(nodes, channels)}")
+    read = _read(file, channels, chain, nodes[index])
+    keys = distinct(np.concatenate([c.times for part in read.values() for c in part.values()]))
+    read = {k: {name: _put_on(c, keys) for name, c in part.items()} for k, part in read.items()}
+    linear, translation = _carried(nodes, read, keys)
+    try:
+        return Keyframes(keys if times is None else times, linear, translation)
+    except InputError as error:
+        raise InputError(f"{path}, node {_name(nodes[index])}: {error}") from None
+
+
+def _read(file: GltfFile, channels: Channels, chain: list[int], node: Place) -> dict[int, dict[str, Channel]]:
+    """The channels of a node and of those above it, upwards."""
     read: dict[int, dict[str, Channel]] = {}
     count = 0
     for k in chain:
@@ -90,16 +103,25 @@ def read_gltf_keyframes(
             count += len(read[k][name].times)
             # Samplers may share their data, so that a small file can ask for much.
             if count > MOST_KEYS:
-                raise sampler.fault(f"more than {MOST_KEYS:g} keys in all move node {_name(nodes[index])}")
-    keys = np.unique(np.concatenate([c.times for part in read.values() for c in part.values()]))
-    linear, translation = np.tile(np.eye(3), (len(keys), 1, 1)), np.zeros((len(keys), 3))
-    for k in chain:
-        a, v = _local(nodes[k], read[k], keys)
+                raise sampler.fault(f"more than {MOST_KEYS:g} keys in all move node {_name(node)}")
+    return read
+
+
+def _carried(
+    nodes: list[Place], read: dict[int, dict[str, Channel]], times: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Linear parts (N, 3, 3) and translations (N, 3) in the scene, of nodes each in the next one's frame."""
+    linear, translation = np.tile(np.eye(3), (len(times), 1, 1)), np.zeros((len(times), 3))
+    for k, channels in read.items():
+        a, v = _local(nodes[k], channels, times)
         linear, translation = a @ linear, v + np.einsum("nij,nj->ni", a, translation)
-    try:
-        return Keyframes(keys if times is None else np.asarray(times), linear, translation)
-    except InputError as error:
-        raise InputError(f"{path}, node {_name(nodes[index])}: {error}") from None
+    return linear, translation
+
+
+def _put_on(channel: Channel, keys: np.ndarray) -> Channel:
+    """The channel with its keys at those of the whole animation that they agree with up to rounding."""
+    times = unified(channel.times, keys)
+    return replace(channel, times=times) if (np.diff(times) > 0).all() else channel
 
 
 def _name(node: Place) -> str:

@@ -1,6 +1,6 @@
 """Motions as animated glTF 2.0: four translated joints for affine motions, a turning node for rigid ones."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +10,8 @@ from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import carried, dimension_of, extent, fitting_body, in_space, placed
 from symmotion.files import keys as key
 from symmotion.files.formats import FilePath, format_of, require_order
-from symmotion.files.gltf_document import INDICES, VERTICES, DocumentBuilder
+from symmotion.files.gltf_document import DocumentBuilder
+from symmotion.files.gltf_scenes import skinned_scene, turning_scene
 from symmotion.files.keys import HermiteKeys
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
@@ -111,13 +112,7 @@ def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def _skinned(motion: Moving, target: Target) -> tuple[DocumentBuilder, WrittenMotion]:
     corners, weights = _tetrahedron(target.body.vertices)
-    if isinstance(motion, AffineMotion):
-        # A corner's path has the controls' positions of the corner as controls, since the B-splines sum to 1.
-        linear, translation = in_space(motion.linear, motion.translation)
-        controls = translation[:, None] + corners @ np.swapaxes(linear, -1, -2)
-        keys, exact = _spline_keys(Spline(motion.basis, controls - target.centre), target)
-    else:
-        keys, exact = _sampled_keys(motion, corners, target), False
+    keys, exact = _corner_keys(motion, corners, target)
     ticks = key.clock(keys.times, target.start, target.rate)
     stored = keys.stored(ticks)
     chosen = weights[target.body.outermost()]
@@ -130,30 +125,18 @@ def _skinned(motion: Moving, target: Target) -> tuple[DocumentBuilder, WrittenMo
         return target.centre + shift + key.single(target.probes)
 
     written = target.stated(motion, keys.times, "cubic Hermite keys of four joints", exact, places)
-    document = DocumentBuilder(written.notes(target.start, target.rate))
-    inverse = np.tile(np.eye(4), (4, 1, 1))
-    inverse[:, 3, :3] = -corners  # column-major in glTF
-    sampler_input = document.accessor(ticks, "SCALAR", bounds=True)
-    samplers = [_hermite_sampler(document, sampler_input, stored.column(j)) for j in range(4)]
-    joints = [{"name": f"corner {j}", "translation": stored.values[0, j].tolist()} for j in range(4)]
-    skin = {"joints": [1, 2, 3, 4], "inverseBindMatrices": document.accessor(inverse, "MAT4"), "skeleton": 0}
-    extra = {
-        "JOINTS_0": document.accessor(np.where(weights > 0, np.arange(4), 0), "VEC4", component="<u1", target=VERTICES),
-        "WEIGHTS_0": document.accessor(weights, "VEC4", target=VERTICES),
-    }
-    document.entries |= {
-        "scene": 0,
-        "scenes": [{"nodes": [0, 5]}],
-        "nodes": [
-            {"name": "motion", "translation": target.centre.tolist(), "children": [1, 2, 3, 4]},
-            *joints,
-            {"name": "body", "mesh": 0, "skin": 0},
-        ],
-        "skins": [skin],
-        "animations": [_animation(samplers, [(j + 1, "translation") for j in range(4)])],
-        **_mesh(document, target.body, extra),
-    }
-    return document, written
+    notes = written.notes(target.start, target.rate)
+    return skinned_scene(notes, target.body, target.centre, corners, weights, ticks, stored), written
+
+
+def _corner_keys(motion: Moving, corners: np.ndarray, target: Target) -> tuple[HermiteKeys, bool]:
+    """Hermite keys of the corners' paths, and whether they are exact."""
+    if not isinstance(motion, AffineMotion):
+        return _sampled_keys(motion, corners, target), False
+    # A corner's path has the controls' positions of the corner as controls, since the B-splines sum to 1.
+    linear, translation = in_space(motion.linear, motion.translation)
+    controls = translation[:, None] + corners @ np.swapaxes(linear, -1, -2)
+    return _spline_keys(Spline(motion.basis, controls - target.centre), target)
 
 
 def _tetrahedron(vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -207,82 +190,44 @@ def _sampled_keys(motion: Moving, points: np.ndarray, target: Target) -> Hermite
 def _rigid(motion: PoseMotion, target: Target) -> tuple[DocumentBuilder, WrittenMotion]:
     path = Spline(motion.translation.basis, motion.translation.control_points - target.centre)
     moves, _ = _spline_keys(path, target)
-    radius = float(np.linalg.norm(target.body.vertices, axis=1).max())
-
-    def quaternions(times: np.ndarray) -> np.ndarray:
-        q = motion.orientation(times)
-        signs = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
-        return q * np.cumprod(np.concatenate([[1.0], signs]))[:, None]
-
-    def deviations(times: np.ndarray) -> np.ndarray:
-        t = key.between(times)
-        miss = product(conjugate(_turned(times, quaternions(times), t)), motion.orientation(t))
-        # A chord of the circle that the furthest vertex would be off along.
-        return 2 * radius * np.linalg.norm(miss[:, 1:], axis=1)
-
-    times = key.halved_until(key.turning_points(motion.orientation), deviations, target.tolerance)
+    times, q = _turning_keys(motion.orientation, target)
     ticks, moving = (key.clock(x, target.start, target.rate) for x in (times, moves.times))
-    turns, stored = key.single(quaternions(times)), moves.stored(moving)
+    turns, stored = key.single(q), moves.stored(moving)
 
     def places(t: np.ndarray) -> np.ndarray:
         now = (t - target.start) * target.rate
-        q = _turned(ticks, turns / np.linalg.norm(turns, axis=1, keepdims=True), now)
-        return target.centre + stored(now)[:, None] + rotate(q[:, None], key.single(target.probes))
+        turned = _turned(ticks, turns / np.linalg.norm(turns, axis=1, keepdims=True), now)
+        return target.centre + stored(now)[:, None] + rotate(turned[:, None], key.single(target.probes))
 
     # The keys of both, where errors are looked for; a turn that is none is held by two keys exactly.
     every = np.union1d(times, moves.times)
     written = target.stated(
         motion, every, "keys of a node, linear rotations and cubic Hermite translations", False, places
     )
-    document = DocumentBuilder(written.notes(target.start, target.rate))
-    rotation = {
-        "input": document.accessor(ticks, "SCALAR", bounds=True),
-        "output": document.accessor(turns[:, [1, 2, 3, 0]], "VEC4"),
-        "interpolation": "LINEAR",
-    }
-    translation = _hermite_sampler(document, document.accessor(moving, "SCALAR", bounds=True), stored)
-    pose = {"translation": stored.values[0].tolist(), "rotation": turns[0, [1, 2, 3, 0]].tolist()}
-    document.entries |= {
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [
-            {"name": "motion", "translation": target.centre.tolist(), "children": [1]},
-            {"name": "body", "mesh": 0, **pose},
-        ],
-        "animations": [_animation([rotation, translation], [(1, "rotation"), (1, "translation")])],
-        **_mesh(document, target.body, {}),
-    }
-    return document, written
+    notes = written.notes(target.start, target.rate)
+    return turning_scene(notes, target.body, target.centre, ticks, turns, moving, stored), written
+
+
+def _turning_keys(orientation: QuaternionMotion, target: Target) -> tuple[np.ndarray, np.ndarray]:
+    """Times (K,) and quaternions (K, 4), neighbours on one side, between which slerps are fine enough."""
+    radius = float(np.linalg.norm(target.body.vertices, axis=1).max())
+
+    def quaternions(times: np.ndarray) -> np.ndarray:
+        q = orientation(times)
+        signs = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
+        return q * np.cumprod(np.concatenate([[1.0], signs]))[:, None]
+
+    def deviations(times: np.ndarray) -> np.ndarray:
+        t = key.between(times)
+        miss = product(conjugate(_turned(times, quaternions(times), t)), orientation(t))
+        # A chord of the circle that the furthest vertex would be off along.
+        return 2 * radius * np.linalg.norm(miss[:, 1:], axis=1)
+
+    times = key.halved_until(key.turning_points(orientation), deviations, target.tolerance)
+    return times, quaternions(times)
 
 
 def _turned(times: np.ndarray, quaternions: np.ndarray, t: np.ndarray) -> np.ndarray:
     """(N, 4) slerps at times t (N,) between quaternions (K, 4) at times (K,)."""
     k = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
     return slerp(quaternions[k], quaternions[k + 1], (t - times[k]) / (times[k + 1] - times[k]))
-
-
-def _hermite_sampler(document: DocumentBuilder, times: int, keys: HermiteKeys) -> dict[str, object]:
-    """A sampler of vectors (K, 3): at every key its slope before, value and slope behind."""
-    triples = np.stack([keys.arriving, keys.values, keys.leaving], axis=1)
-    output = document.accessor(triples.reshape(-1, 3), "VEC3")
-    return {"input": times, "output": output, "interpolation": "CUBICSPLINE"}
-
-
-def _animation(samplers: Sequence[Mapping[str, object]], targets: list[tuple[int, str]]) -> dict[str, object]:
-    channels = [{"sampler": i, "target": {"node": n, "path": path}} for i, (n, path) in enumerate(targets)]
-    return {"name": "motion", "samplers": samplers, "channels": channels}
-
-
-def _mesh(document: DocumentBuilder, body: Body, extra: dict[str, int]) -> dict[str, object]:
-    attributes = {
-        "POSITION": document.accessor(body.vertices, "VEC3", target=VERTICES, bounds=True),
-        "COLOR_0": document.accessor(body.shown_colours, "VEC3", target=VERTICES),
-        **extra,
-    }
-    component = "<u2" if len(body.vertices) < 2**16 - 1 else "<u4"
-    indices = document.accessor(body.triangles.reshape(-1, 1), "SCALAR", component=component, target=INDICES)
-    surface = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.8}, "doubleSided": True}
-    return {
-        "meshes": [{"name": "body", "primitives": [{"attributes": attributes, "indices": indices, "material": 0}]}],
-        "materials": [surface],
-    }

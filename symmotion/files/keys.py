@@ -13,6 +13,7 @@ from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.splines import Spline
 from symmotion.splines.continuity import first_jump
+from symmotion.splines.instants import distinct
 
 # Where between two keys a deviation is measured; its largest values lie near the middle.
 INSIDE = np.arange(1, 16) / 16
@@ -118,9 +119,7 @@ def breakpoints(motion: Moving) -> np.ndarray:
         return motion.basis.breakpoints
     if isinstance(motion, PoseMotion):
         both = np.concatenate([turning_points(motion.orientation), motion.translation.breakpoints])
-        a, b = motion.domain
-        inner = np.unique(both[(both > a) & (both < b)])
-        return np.concatenate([[a], inner, [b]])
+        return distinct(both, motion.domain)
     if isinstance(motion, Interpolant):
         return motion.keyframes.times
     return np.linspace(*motion.domain, 17)

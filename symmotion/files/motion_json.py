@@ -3,25 +3,28 @@
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.files.documents import entries_of, read_list, require_entries, write_object
+from symmotion.files.documents import entries_of, read_list, require_entries
 from symmotion.files.formats import FilePath
 from symmotion.files.saved import class_saved, load_as
 from symmotion.motions import AffineMotion
+from symmotion.saving import save
 from symmotion.splines import BSplineBasis
 
-# What makes a file a motion, and the entries that it holds beside.
+# What made a file a motion before `save` did, and the entries that it held beside.
 MARK = {"symmotion": "affine-motion", "version": 1}
 ENTRIES = ("degree", "periodic", "knots", "linear", "translation")
 
 
 def read_motion_json(path: FilePath) -> AffineMotion:
-    """The motion that `write_motion_json` or `save` wrote; InputError names the file and the entry at fault."""
+    """The motion that `save` wrote, or `write_motion` of 0.1.0; InputError names the file and the entry at fault."""
     document = entries_of(path)
     if class_saved(document) is not None:
         return load_as(path, AffineMotion)
-    for name, needed in MARK.items():
-        if document.get(name) != needed:
-            raise InputError(f"{path}: {name} is {document.get(name)!r:.40}: {needed!r} is needed for a motion")
+    mark, version = (document.get(name) for name in MARK)
+    if mark != MARK["symmotion"]:
+        raise InputError(f"{path}: symmotion is {mark!r:.40}: 'value', as `save` writes it, is needed for a motion")
+    if version != MARK["version"]:
+        raise InputError(f"{path}: version is {version!r:.40}: {MARK['version']} is needed for a motion")
     require_entries(path, document, (*MARK, *ENTRIES))
     if not isinstance(document["periodic"], bool):
         raise InputError(f"{path}, periodic: true or false is needed")
@@ -36,20 +39,13 @@ def read_motion_json(path: FilePath) -> AffineMotion:
 
 
 def write_motion_json(motion: AffineMotion, path: FilePath) -> None:
-    """Write a motion exactly; InputError for motions of other kinds and for controls that are not finite."""
+    """Write a motion as its `save` does; InputError for motions of other kinds and for controls that are not finite."""
     if not isinstance(motion, AffineMotion):
         raise InputError(f"{path}: json holds an AffineMotion: {type(motion).__name__} does not go into it")
     finite = np.isfinite(motion.spline.control_points).all(axis=1)
     if not finite.all():
         raise InputError(f"{path}: control {int(np.argmin(finite))} of the motion is not finite")
-    entries = {
-        "degree": motion.degree,
-        "periodic": motion.basis.periodic,
-        "knots": motion.basis.knots,
-        "linear": motion.linear,
-        "translation": motion.translation,
-    }
-    write_object(path, MARK | entries)
+    save(motion, path)
 
 
 def is_motion_json(path: FilePath) -> bool:

@@ -25,7 +25,7 @@ class Positions(NamedTuple):
             times = np.arange(len(self.linear)) if self.times is None else self.times
             _require_increasing(path, times, self.place)
         try:
-            return Keyframes(np.asarray(times), self.linear, self.translation)
+            return Keyframes(times, self.linear, self.translation)
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
 
@@ -35,4 +35,7 @@ def _require_increasing(path: FilePath, times: np.ndarray, place: Callable[[int]
     if times.ndim == 1 and wrong.any():  # Keyframes refuses other shapes
         i = int(np.argmax(wrong))
         how = "repeats" if times[i + 1] == times[i] else "comes before"
-        raise InputError(f"{path}, {place(i + 1)}: time {times[i + 1]} {how} that of {place(i)}: times must increase")
+        raise InputError(
+            f"{path}, {place(i + 1)}: time {times[i + 1]} {how} that of {place(i)}: times must increase; "
+            "leave one of them out"
+        )

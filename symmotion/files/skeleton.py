@@ -50,7 +50,7 @@ class Skeleton:
     frame_time: float
 
     def __post_init__(self):
-        motion = np.asarray(self.motion, dtype=float)
+        motion = checks.numbers(self.motion, "motion")
         for i, joint in enumerate(self.joints):
             if not -1 <= joint.parent < i:
                 raise InputError(f"joint {i}, {joint.name}: its parent {joint.parent} does not come before it")

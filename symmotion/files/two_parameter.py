@@ -6,16 +6,17 @@ from typing import Any
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.files.documents import entries_of, read_list, require_entries, write_object
+from symmotion.files.documents import entries_of, read_list, require_entries
 from symmotion.files.formats import FilePath
 from symmotion.files.opening import readable
 from symmotion.files.saved import class_saved, load_as
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.two_parameter import Knots, TwoParameterMotion, as_basis
+from symmotion.saving import save
 from symmotion.splines import BSplineBasis
 from symmotion.whole import whole_file
 
-# What makes a file a two-parameter motion; then its entries, and those of a net of control displacements.
+# What makes an archive, or a JSON object of 0.1.0, a two-parameter motion; then its entries, and those of a net.
 MARK = {"symmotion": "two-parameter-motion", "version": 1}
 MOTION = (("degree", "knots_u", "knots_v", "real"), ("dual",))
 NET = (("axis", "angle"), ("translation", "knots_u", "knots_v"))
@@ -36,8 +37,8 @@ def read_net_npz(path: FilePath) -> TwoParameterMotion:
 
 
 def write_net_json(motion: TwoParameterMotion, path: FilePath) -> None:
-    """Write a motion as a JSON object."""
-    write_object(path, MARK | _entries(motion))
+    """Write a motion as a JSON object, as its `save` does."""
+    save(motion, path)
 
 
 def write_net_npz(motion: TwoParameterMotion, path: FilePath) -> None:

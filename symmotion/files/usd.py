@@ -1,7 +1,7 @@
 """Motions as USD in ASCII (.usda): matrices at time samples, linear between them."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -74,32 +74,47 @@ def write_usd(
 def _lines(
     motion: Moving, times: np.ndarray, codes: np.ndarray, body: Body, written: WrittenMotion, rate: float
 ) -> Iterable[str]:
-    linear, translation = in_space(*motion(times))
-    matrices = np.zeros((len(times), 4, 4))
-    matrices[:, :3, :3], matrices[:, 3, :3], matrices[:, 3, 3] = np.swapaxes(linear, 1, 2), translation, 1.0
-    low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
+    yield from _head(written.notes(motion.domain[0], rate), float(codes[-1]))
+    yield 'def Xform "Motion"'
+    yield "{"
+    yield from _samples(motion, times, codes)
+    yield from _mesh(body)
+    yield "}"
+
+
+def _head(notes: Mapping[str, object], last: float) -> Iterable[str]:
+    """What is true of the whole file."""
     yield "#usda 1.0"
     yield "("
     yield "    customLayerData = {"
-    for name, value in written.notes(motion.domain[0], rate).items():
+    for name, value in notes.items():
         kind = {bool: "bool", int: "int", float: "double", str: "string"}[type(value)]
         yield f"        {kind} {name} = {json.dumps(value)}"
     yield "    }"
     yield '    defaultPrim = "Motion"'
-    yield f"    endTimeCode = {float(codes[-1])!r}"
+    yield f"    endTimeCode = {last!r}"
     yield f"    framesPerSecond = {FRAMES_PER_SECOND}"
     yield "    metersPerUnit = 1"
     yield "    startTimeCode = 0"
     yield f"    timeCodesPerSecond = {FRAMES_PER_SECOND}"
     yield '    upAxis = "Y"'
     yield ")"
-    yield 'def Xform "Motion"'
-    yield "{"
+
+
+def _samples(motion: Moving, times: np.ndarray, codes: np.ndarray) -> Iterable[str]:
+    """The matrices of times (K,), transposed, at codes (K,)."""
+    linear, translation = in_space(*motion(times))
+    matrices = np.zeros((len(times), 4, 4))
+    matrices[:, :3, :3], matrices[:, 3, :3], matrices[:, 3, 3] = np.swapaxes(linear, 1, 2), translation, 1.0
     yield "    matrix4d xformOp:transform.timeSamples = {"
     for code, matrix in zip(codes.tolist(), matrices.tolist(), strict=True):
         yield f"        {code!r}: {_tuple(map(_tuple, matrix))},"
     yield "    }"
     yield '    uniform token[] xformOpOrder = ["xformOp:transform"]'
+
+
+def _mesh(body: Body) -> Iterable[str]:
+    low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
     yield '    def Mesh "Body"'
     yield "    {"
     yield "        uniform bool doubleSided = 1"
@@ -112,7 +127,6 @@ def _lines(
     yield "        )"
     yield '        uniform token subdivisionScheme = "none"'
     yield "    }"
-    yield "}"
 
 
 def _tuple(items: Iterable[object]) -> str:

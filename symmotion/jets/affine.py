@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.jets.inertia import as_inertia
 from symmotion.jets.jet import body_point, column
 
 HIGHEST_ORDER = 3
@@ -102,7 +103,7 @@ class Jet:
 
     def torque(self, inertia: ArrayLike) -> ca.SX:
         """τ = J Ω̇ + Ω × JΩ (3, 1) of `rate` and `acceleration`, in space."""
-        moments = ca.DM(np.asarray(inertia, dtype=float))
+        moments = ca.DM(as_inertia(inertia))
         return moments @ self.acceleration + ca.cross(self.rate, moments @ self.rate)
 
     def place(self, point: ArrayLike) -> ca.SX:

@@ -53,17 +53,20 @@ T = TypeVar("T")
 COMPARISONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR)
 
 
-def said(who: str, what: str, say: Callable[[], T]) -> T:
-    """What a function of the user's own returns; what it raises as an InputError that names it: `who` fails on `what`.
+def said(name: str, part: str, what: str, say: Callable[[], T]) -> T:
+    """What a function of the user's own returns; what it raises as an InputError that names the owner of the function.
 
-    An InputError of its own passes.
+    name: of the constraint or energy; part: of it, "" for the whole; what: on which it fails.
     """
     try:
         return say()
-    except InputError:
-        raise
+    except InputError as error:
+        if str(error).startswith(tuple(f"{name}{word}" for word in (": ", " is ", " returns ", " states "))):
+            raise
+        raise InputError(f"{name}: {error}") from error
     except Exception as error:
         line = (str(error).strip() or "no message").splitlines()[0]
+        who = f"{name}: {part}" if part else name
         raise InputError(f"{who} fails on {what}: {type(error).__name__}: {line[:300]}") from error
 
 

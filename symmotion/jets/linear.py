@@ -168,11 +168,15 @@ class JetKernel:
         local = self.kernel.z[row : row + self.channels][coordinates]
         return bool(local.numel()) and bool(ca.depends_on(self.kernel.out, local))
 
+    def rows(self, space: LinearSpace, times: np.ndarray) -> sparse.csr_array:
+        """(N · rows, n) what the kernel reads at times (N,) of the controls."""
+        return _rows(space.basis, times, self.orders, None)
+
     def integral(self, name: str, space: LinearSpace, nodes: int, weight: float) -> Block:
         """The integral over the spans, by `nodes` Gauss nodes each."""
         points, weights = gauss(space.basis, nodes)
         times = points.ravel()
-        operator = _rows(space.basis, times, self.orders, None)
+        operator = self.rows(space, times)
         channels = slice(0, self.channels)
         return Block(
             name, self.kernel, space.variable, channels, operator, nodes, weight * weights.ravel(), times[:, None]

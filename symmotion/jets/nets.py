@@ -12,6 +12,7 @@ from symmotion.errors import InputError
 from symmotion.jets.curve import NET_ORDERS, NetJet, net_jet
 from symmotion.jets.space import UNKNOWN, Reading, interleaved
 from symmotion.splines import BSplineBasis
+from symmotion.splines.instants import unified
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,15 +48,21 @@ class NetSpace:
         symbols, c = _net_symbols(self.channels), self.channels
         return [k for k in range(len(NET_ORDERS)) if ca.depends_on(out, symbols[k * c : (k + 1) * c])]
 
-    def require_inside(self, pairs: np.ndarray, name: str) -> None:
-        """InputError that names what asks for parameters (N, 2), of a curve (N, 1), which the net has not."""
+    def placed(self, pairs: np.ndarray, name: str) -> np.ndarray:
+        """Parameters (N, 2), of a curve (N, 1), put on knots that they agree with up to rounding.
+
+        InputError that names what asks for parameters which the net has not.
+        """
         if pairs.shape[1:] != (len(self.bases),):
             raise InputError(f"{name}: parameters of shape {pairs.shape}: (N, {len(self.bases)}) is needed on this net")
+        found = np.empty(pairs.shape)
         for k, basis in enumerate(self.bases):
             a, b = basis.domain
-            outside = ~((pairs[:, k] >= a) & (pairs[:, k] <= b))
+            found[:, k] = unified(pairs[:, k], basis.breakpoints)
+            outside = ~((found[:, k] >= a) & (found[:, k] <= b))
             if outside.any():
                 raise InputError(f"{name}: parameter {'uv'[k]} = {pairs[outside, k][0]:g} is outside [{a:g}, {b:g}]")
+        return found
 
     def needed(self, slot: int, out: ca.SX) -> int:
         return self.channels if slot == 0 and self._orders(out) else 0

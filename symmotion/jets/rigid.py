@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.jets import rotation
+from symmotion.jets.inertia import as_inertia
 from symmotion.jets.jet import body_point, column
 
 
@@ -106,7 +107,7 @@ class RigidJet:
 
     def torque(self, inertia: ArrayLike) -> ca.SX:
         """τ = J Ω̇ + Ω × JΩ (3, 1), what turns a body of inertia J (3, 3) about its centre of mass."""
-        moments = ca.DM(np.asarray(inertia, dtype=float))
+        moments = ca.DM(as_inertia(inertia))
         return moments @ self.acceleration + ca.cross(self.rate, moments @ self.rate)
 
     @cached_property

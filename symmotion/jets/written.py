@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from inspect import signature
+from itertools import product
 from typing import Any
 
 import casadi as ca
@@ -26,6 +28,23 @@ def jets_of_all_kinds() -> list[AnyJet]:
     curves = [curve_jet(symbols(ORDERS * size + 1), (size, 1)) for size in range(1, 9)]
     nets = [net_jet(symbols(len(NET_ORDERS) * size + 1), size, count) for size in (4, 8) for count in (1, 2)]
     return [*affine, *rigid, *curves, *nets]
+
+
+def tuples_of_jets(count: int) -> Iterable[Sequence[AnyJet]]:
+    """Tuples of jets of every kind; of more than two, which are those of one motion, only of one kind each."""
+    kinds = [jets_of_all_kinds() for _ in range(count)]
+    return product(*kinds) if count <= 2 else zip(*kinds, strict=True)
+
+
+def positional(function: Callable[..., object], otherwise: int) -> int:
+    """How many arguments a function needs by position; `otherwise` where its signature leaves that open."""
+    try:
+        parameters = signature(function).parameters.values()
+    except (TypeError, ValueError):
+        return otherwise
+    if any(p.kind is p.VAR_POSITIONAL for p in parameters):
+        return otherwise
+    return sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) and p.default is p.empty for p in parameters)
 
 
 @dataclass(frozen=True)
@@ -77,6 +96,19 @@ class Written:
             )
         more = [ca.vec(ca.SX(a)) for a in arguments[len(jets) :]]
         return ca.SX(ca.Function.deserialize(code)(*(jet.entries for jet in jets), *more))
+
+
+def same_text(one: Callable[[], Written], other: Callable[[], Written]) -> bool:
+    """Whether two functions are the same expression of every kind of jet that both are written for.
+
+    One may be written for fewer kinds than the other; functions that cannot be written are not the same.
+    """
+    try:
+        mine, theirs = dict(one().codes), dict(other().codes)
+    except InputError:
+        return False
+    fewer, more = sorted((mine, theirs), key=len)
+    return bool(fewer) and fewer.keys() <= more.keys() and all(more[kinds] == code for kinds, code in fewer.items())
 
 
 def _symbols_for(jets: Sequence[AnyJet]) -> list[ca.SX]:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only
+from symmotion.checks import floats, numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
@@ -59,8 +59,8 @@ class DualQuaternions:
     @staticmethod
     def of(real: ArrayLike, dual: ArrayLike | None) -> "DualQuaternions":
         """The pairs with these parts; no dual part is zero."""
-        real = np.asarray(real, dtype=float)
-        return DualQuaternions(real) if dual is None else DualQuaternions(real, np.asarray(dual, dtype=float))
+        real = floats(real, "quaternions")
+        return DualQuaternions(real) if dual is None else DualQuaternions(real, floats(dual, "dual parts"))
 
     @staticmethod
     def from_parts(
@@ -70,11 +70,11 @@ class DualQuaternions:
 
         scalar_first: whether the quaternions have their scalar part first or last.
         """
-        real = np.asarray(real, dtype=float)
+        real = floats(real, "quaternions")
         real = real if scalar_first or real.ndim == 0 else np.roll(real, 1, axis=-1)
         if translation is None:
             return DualQuaternions(real)
-        d = np.asarray(translation, dtype=float)
+        d = floats(translation, "translations")
         if d.ndim == 0 or d.shape[-1] != 3 or d.shape[:-1] != real.shape[:-1]:
             raise InputError(f"translations of shape {d.shape}: {(*real.shape[:-1], 3)} is needed")
         return DualQuaternions(real, 0.5 * product(as_quaternion(d), real))
@@ -85,7 +85,7 @@ class DualQuaternions:
 
         Q = (cos θ/2, s sin θ/2), PCG (2). Raises InputError where an axis is zero.
         """
-        axis, angle = np.asarray(axis, dtype=float), np.asarray(angle, dtype=float)
+        axis, angle = floats(axis, "axes"), floats(angle, "angles")
         if axis.ndim == 0 or axis.shape[-1] != 3 or axis.shape[:-1] != angle.shape:
             raise InputError(f"axes of shape {axis.shape} for angles of shape {angle.shape}: (…, 3) and (…) are needed")
         lengths = np.linalg.norm(axis, axis=-1)
@@ -107,7 +107,7 @@ class DualQuaternions:
 
         Raises InputError that names the first matrix that is no rotation.
         """
-        matrices = np.asarray(linear, dtype=float)
+        matrices = floats(linear, "matrices")
         if matrices.ndim >= 2 and matrices.shape[-2:] == (4, 4) and translation is None:
             if not (matrices[..., 3, :] == [0, 0, 0, 1]).all():
                 raise InputError("homogeneous matrices must have 0, 0, 0, 1 as their last row")

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.errors import InputError
+from symmotion.motions.crowding import close
 from symmotion.motions.position import Affine, in_line
 from symmotion.motions.rotations import as_quaternions, as_rotations, to_rotation
 from symmotion.pictures import as_html, plot_keyframes
@@ -95,7 +96,7 @@ class Keyframes:
             return Keyframes(check_times(times), linear, own)
         if np.any(own):
             raise InputError("the positions have translations of their own: leave translation out")
-        return Keyframes(check_times(times), linear, np.asarray(translation))
+        return Keyframes(check_times(times), linear, translation)
 
     @staticmethod
     def parametrised(
@@ -163,8 +164,12 @@ class Keyframes:
     def __repr__(self) -> str:
         return f"Keyframes({len(self)} in {self.dimension}D, times {self.times[0]:g} to {self.times[-1]:g})"
 
-    def with_times(self, method: str = "centripetal", points: ArrayLike | None = None) -> "Keyframes":
-        """The same positions with times by `method` over the same span; see `parametrised`."""
+    def with_times(self, method: str | ArrayLike = "centripetal", points: ArrayLike | None = None) -> "Keyframes":
+        """The same positions at other times: (M,) increasing, or by a method over the same span; see `parametrised`."""
+        if not isinstance(method, str):
+            if points is not None:
+                raise InputError("points go with a method, not with times: leave one of them out")
+            return Keyframes(method, self.linear, self.translation)
         return Keyframes.parametrised(self.linear, self.translation, method, points, (self.times[0], self.times[-1]))
 
     def moved(
@@ -179,6 +184,23 @@ class Keyframes:
         if translation is not None:
             v[i] = checks.array(translation, (d,), "translation")
         return Keyframes(self.times, a, v)
+
+    def merged(self, within: float | None = None) -> "Keyframes":
+        """The keyframes without those that follow another by at most `within`: what programs take of crowded ones.
+
+        Of a crowd the first stays, at the end the last, so that the motion begins and ends when it did.
+        within: in the unit of time; when left out a thousandth of the median step, or the rounding of the times.
+
+            Keyframes([0.0, 1.0, 1.0 + 1e-9, 2.0, 3.0], np.tile(np.eye(2), (5, 1, 1))).merged().times  # 0, 1, 2, 3
+        """
+        reach = close(self.times) if within is None else checks.positive(within, "within")
+        kept = [0]
+        for i in range(1, len(self) - 1):
+            if self.times[i] - self.times[kept[-1]] > reach:
+                kept.append(i)
+        while len(kept) > 1 and self.times[-1] - self.times[kept[-1]] <= reach:
+            kept.pop()
+        return self[[*kept, len(self) - 1]]
 
     def require_orientation(self, what: str) -> None:
         """Raise InputError where a keyframe is singular or reflected, naming it and `what` needs better."""

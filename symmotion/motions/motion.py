@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.checks import numbers
 from symmotion.motions.position import Affine, homogeneous
 
 if TYPE_CHECKING:
@@ -60,7 +61,10 @@ class Motion(Protocol[Value]):
         ...
 
     def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative of the paths of body points (P, d) at times t: shape t.shape + (P, d)."""
+        """The nu-th derivative of the paths of body points (P, d) at times t: shape t.shape + (P, d).
+
+        A single point (d,) is P = 1, for every class: t.shape + (1, d).
+        """
         ...
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
@@ -78,5 +82,10 @@ def matrix(self: Moving, t: ArrayLike, nu: int = 0) -> np.ndarray:
 
 
 def trajectory(self: Moving, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-    """The nu-th derivative of the paths of body points (P, d) at times t: shape t.shape + (P, d)."""
-    return self(t, nu)(np.atleast_2d(points))
+    """The nu-th derivative of the paths of body points (P, d), P = 1 for a point (d,), at times t: t.shape + (P, d)."""
+    return self(t, nu)(as_points(points))
+
+
+def as_points(points: ArrayLike) -> np.ndarray:
+    """Body points (P, d), of which a single one (d,) is one."""
+    return np.atleast_2d(numbers(points, "body points"))

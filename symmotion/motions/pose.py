@@ -10,6 +10,7 @@ from symmotion.motions.quaternions.curve import QuaternionMotion, turned
 from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import Spline
+from symmotion.splines.instants import distinct, same_times
 from symmotion.values import value
 
 
@@ -28,7 +29,7 @@ class PoseMotion:
             raise InputError(
                 f"control points of shape {self.translation.control_points.shape}: (n, 3) is needed for a pose"
             )
-        if not np.allclose(self.orientation.domain, self.translation.domain, rtol=1e-12):
+        if not same_times(self.orientation.domain, self.translation.domain):
             raise InputError(
                 f"the orientation is defined on {self.orientation.domain}, the translation on "
                 f"{self.translation.domain}: the same domain is needed"
@@ -45,9 +46,8 @@ class PoseMotion:
     @property
     def breakpoints(self) -> np.ndarray:
         """The borders of the pieces of orientation and translation, ends of the domain included."""
-        a, b = self.domain
-        both = np.union1d(self.orientation.breakpoints, self.translation.breakpoints)
-        return np.concatenate([[a], both[(both > a) & (both < b)], [b]])
+        turning = self.orientation.breakpoints
+        return distinct([*turning, *self.translation.breakpoints], turning)
 
     def __repr__(self) -> str:
         a, b = self.domain

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers
+from symmotion.checks import floats, numbers
 from symmotion.errors import InputError
 from symmotion.values import content, same
 
@@ -73,7 +73,7 @@ class Affine(NamedTuple):
 
     def _arrays(self) -> tuple[np.ndarray, np.ndarray]:
         """The two, arrays also where a list was given."""
-        return np.asarray(self.linear, dtype=float), np.asarray(self.translation, dtype=float)
+        return floats(self.linear, "linear parts"), floats(self.translation, "translations")
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Affine) and same(self._arrays(), other._arrays())

@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike
 from symmotion.curves.timing import solutions
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions
-from symmotion.motions.motion import matrix
+from symmotion.motions.motion import matrix, trajectory
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
 from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
+from symmotion.splines.instants import distinct, inside
 from symmotion.values import value
 
 Order = tuple[int, ...]
@@ -154,11 +155,8 @@ class RationalMotion:
         """The nu-th derivative at times t: linear t.shape + (3, 3), translation t.shape + (3,)."""
         return positions(lambda k: self.pair(t, k[0]), (nu,))
 
-    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
-        return self(t, nu)(points)
-
     matrix = matrix
+    trajectory = trajectory
     save = save
     plot = plot_positions
     _repr_html_ = as_html
@@ -166,8 +164,7 @@ class RationalMotion:
 
 def _snapped(x: np.ndarray, low: float, high: float) -> np.ndarray:
     """Parameters that rounding has put outside their interval, on its end; others as they are."""
-    inside, slack = np.clip(x, low, high), 1e-12 * (high - low)
-    return np.where(np.abs(x - inside) <= slack, inside, x)
+    return np.where(inside(x, (low, high)), np.clip(x, low, high), x)
 
 
 class Surface(Protocol):
@@ -212,16 +209,12 @@ class CurveMotion:
     @property
     def breakpoints(self) -> np.ndarray:
         """The borders of the curve's pieces, and when it crosses a knot line of the two-parameter motion."""
-        a, b = self.domain
         times = [self.curve.breakpoints]
         for k, basis in enumerate(self.surface.bases):
             coordinate = Spline(self.curve.basis, self.curve.control_points[:, k])
             times += [solutions(coordinate, line) for line in basis.breakpoints[1:-1]]
-        found = np.unique(np.concatenate(times))
         # A knot of the curve on a knot line is found twice, up to rounding.
-        inner = found[(found > a) & (found < b)]
-        inner = inner[np.diff(inner, prepend=a) > 1e-12 * (b - a)]
-        return np.concatenate([[a], inner[b - inner > 1e-12 * (b - a)], [b]])
+        return distinct(np.concatenate(times), self.curve.breakpoints)
 
     def __call__(self, t: ArrayLike, nu: int = 0) -> Affine:
         """The nu-th derivative, up to the second, at times t: linear t.shape + (3, 3), translation t.shape + (3,)."""
@@ -239,11 +232,8 @@ class CurveMotion:
         linear = sum(p.linear * f[..., None, None] for p, f in parts)
         return Affine(np.asarray(linear), np.asarray(sum(p.translation * f[..., None] for p, f in parts)))
 
-    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative of the paths of body points (P, 3) at times t: t.shape + (P, 3); one point: + (3,)."""
-        return self(t, nu)(points)
-
     matrix = matrix
+    trajectory = trajectory
     save = save
     plot = plot_positions
     _repr_html_ = as_html

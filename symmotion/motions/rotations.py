@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers
+from symmotion.checks import floats, numbers
 from symmotion.errors import InputError
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def to_rotation(q: ArrayLike) -> "Rotation":
     """The SciPy `Rotation` of scalar-first unit quaternions (…, 4)."""
     from scipy.spatial.transform import Rotation  # here, since it is a fifth of the time of `import symmotion`
 
-    q = np.asarray(q, dtype=float)
+    q = floats(q, "quaternions")
     return Rotation.from_quat(np.roll(q, -1, axis=-1).reshape(-1, 4) if q.ndim > 2 else np.roll(q, -1, axis=-1))
 
 

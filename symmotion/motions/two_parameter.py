@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import choice, numbers
+from symmotion.checks import choice, floats, numbers
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions
+from symmotion.motions.motion import as_points
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
 from symmotion.motions.rational import CurveMotion, Pair, RationalMotion, positions, quotient
@@ -145,11 +146,11 @@ class TwoParameterMotion:
         return positions(lambda k: self.pair(u, v, (k[0], k[1])), tuple(nu))
 
     def trajectory(self, points: ArrayLike, u: ArrayLike, v: ArrayLike, nu: tuple[int, int] = (0, 0)) -> np.ndarray:
-        """Trajectory surfaces of body points (P, 3), or their partial derivatives: … + (P, 3); one point: … + (3,).
+        """Trajectory surfaces of body points (P, 3), or their partial derivatives: … + (P, 3), P = 1 for a point (3,).
 
         PCG (13); u and v broadcast.
         """
-        return self(u, v, nu)(points)
+        return self(u, v, nu)(as_points(points))
 
     def rodrigues(
         self, u: ArrayLike, v: ArrayLike, nu: tuple[int, int] = (0, 0), reference: ArrayLike | None = None
@@ -160,7 +161,7 @@ class TwoParameterMotion:
         plane touches at M: a rational B-spline surface, as smooth as the motion, the same for
         all scales of Q. reference: M (4,), the mean rotation of the controls when left out.
         """
-        mean = conjugate(self.mean_rotation if reference is None else np.asarray(reference, dtype=float))
+        mean = conjugate(self.mean_rotation if reference is None else floats(reference, "reference"))
 
         def parts(k):
             q = product(mean, self.pair(u, v, k)[0])

@@ -7,6 +7,7 @@ from symmotion.program.program import (
     Constraint,
     Design,
     DesignT,
+    Integrated,
     MotionT,
     Multipliers,
     ParameterPlace,
@@ -14,8 +15,10 @@ from symmotion.program.program import (
     Rekeyed,
     Staged,
 )
+from symmotion.program.quadrature import QUADRATURE, Quadrature
 
 __all__ = [
+    "QUADRATURE",
     "WHOLE",
     "Block",
     "BlockEvaluator",
@@ -24,11 +27,13 @@ __all__ = [
     "Design",
     "DesignT",
     "Evaluator",
+    "Integrated",
     "MotionT",
     "Multipliers",
     "ParameterPlace",
     "Pattern",
     "Program",
+    "Quadrature",
     "Rekeyed",
     "Staged",
 ]

@@ -66,7 +66,8 @@ class Block:
         """Whether another block differs in its data only, and the derivatives by which it is linear not even there."""
         mine, theirs = self.operator, other.operator
         return (
-            (self.name, self.variable, self.channels, self.nodes) == (other.name, other.variable, other.channels, other.nodes)
+            (self.name, self.variable, self.channels, self.nodes)
+            == (other.name, other.variable, other.channels, other.nodes)
             and self.data.shape == other.data.shape
             and self.kernel.code == other.kernel.code
             and self.kernel.squares == other.kernel.squares

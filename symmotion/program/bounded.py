@@ -123,8 +123,8 @@ def _pieces(c: Constraint, wanted: np.ndarray, program: Program) -> Iterator[tup
         if key not in program.structure:
             kernel = block.kernel
             out = kernel.out[chosen.tolist()]
-            program.structure[key] = kernel if len(chosen) == kernel.out.numel() else Kernel(
-                kernel.z, kernel.data, out, kernel.channels
+            program.structure[key] = (
+                kernel if len(chosen) == kernel.out.numel() else Kernel(kernel.z, kernel.data, out, kernel.channels)
             )
         name = c.name if len(kinds) == 1 else f"{c.name} ({k})"
         piece = replace(

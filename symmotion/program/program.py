@@ -13,6 +13,7 @@ from scipy import sparse
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.program.block import WHOLE, Block
+from symmotion.program.quadrature import Quadrature
 from symmotion.program.state import made_of
 
 MotionT = TypeVar("MotionT", covariant=True)
@@ -127,6 +128,28 @@ class Staged(Protocol):
         ...
 
 
+@runtime_checkable
+class Noted(Protocol):
+    """A design with something to say of what it was given, which it takes all the same."""
+
+    @property
+    def notes(self) -> tuple[str, ...]: ...
+
+
+@runtime_checkable
+class Integrated(Protocol):
+    """A design whose terms are integrals by Gauss nodes, of which there can be more."""
+
+    def quadratures(self, program: "Program", x: np.ndarray) -> Mapping[str, Quadrature]:
+        """By term, how well its nodes integrate at x (unknowns,)."""
+        ...
+
+    # Any: the program's design is of the same kind.
+    def refined(self, program: "Program[Any]", x: np.ndarray) -> "Program[Any] | None":
+        """The program with as many nodes as ten digits need at x (unknowns,); None where it has them, or can have."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Program(Generic[DesignT]):
     """Minimise Σ terms over the unknowns, subject to constraints that keep their multipliers.
@@ -223,6 +246,11 @@ class Program(Generic[DesignT]):
         return np.concatenate([c.upper.ravel() for c in self.constraints]) if self.constraints else np.empty(0)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What there is to say of what the program was given: of keyframes that crowd, or that reflect each other."""
+        return self.design.notes if isinstance(self.design, Noted) else ()
+
+    @property
     def equalities_only(self) -> bool:
         return all(c.is_equality for c in self.constraints)
 
@@ -308,6 +336,16 @@ class Program(Generic[DesignT]):
             raise InputError(f"{type(self.design).__name__} has no stages by {by!r}: solve the program at once")
         return [stage.with_parameters(**self.parameters) for stage in self.design.stages(by)]
 
+    def refined(self, x: np.ndarray) -> "Program[DesignT]":
+        """The program with the Gauss nodes per span that ten digits of the objective need at x (unknowns,).
+
+        Itself where they are right, or where all terms have nodes that are stated. The unknowns and the conditions are
+        the same: `solver.solve(program.refined(solution.x), start=solution.x)` goes on from a solution.
+        """
+        x = checks.array(x, (self.unknowns,), "x")
+        finer = self.design.refined(self, x) if isinstance(self.design, Integrated) else None
+        return self if finer is None else finer
+
     # Any: symbols or arrays, by the key.
     def nlp(self) -> dict[str, Any]:
         """The plain CasADi problem, for whoever brings a solver of their own.
@@ -356,6 +394,7 @@ class Program(Generic[DesignT]):
             where = f", sampled at {c.block.count} times" if c.sampled else ""
             lines.append(f"  constraint  {_describe(c.block)}; {c.size} multipliers, {kind}{where}")
         lines += [f"  parameter   {name}: {np.array2string(v, precision=6)}" for name, v in self.parameters.items()]
+        lines += [f"  note        {note}" for note in self.notes]
         return "\n".join(lines)
 
     __repr__ = __str__

@@ -6,6 +6,7 @@ import numpy as np
 
 from symmotion.design import affine_program, measure
 from symmotion.energies import Energy
+from symmotion.errors import InputError, SolveError
 from symmotion.motions import Keyframes
 from symmotion.report.figures import convergence_figure, to_figure
 from symmotion.report.players import player
@@ -36,9 +37,12 @@ def comparison_result(
         if best is None:
             sentences.append(f"{name}: no solver reached a minimum; the table of runs says where each ended.")
             continue
-        before = measure(best.program.design.motion(best.program.start), objectives[k])
+        try:
+            before = f"{measure(best.program.design.motion(best.program.start), objectives[k]):.6g}"
+        except (InputError, SolveError):  # S of a spline that is singular on its way
+            before = "no value"
         sentences.append(
-            f"{name}: {before:.6g} for the interpolating spline, {best.objective:.6g} at the optimum ({best.method})."
+            f"{name}: {before} for the interpolating spline, {best.objective:.6g} at the optimum ({best.method})."
         )
         figures.append(_inner_products(keyframes, name, f"inner-products-{k + 1}", best))
         tables.append(_prices(keyframes, name, best))

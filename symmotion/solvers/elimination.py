@@ -14,7 +14,7 @@ from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.options import require_limits
 from symmotion.solvers.solution import Iteration, Solution, Status
 from symmotion.solvers.solver import conclude, require_equalities, start_vector
-from symmotion.systems import Condensed, largest
+from symmotion.systems import Condensed, conflict, conflicting, largest
 
 BLOW_UP = 1e12  # growth of the objective that counts as divergence
 
@@ -119,6 +119,8 @@ class Elimination:
 def _system(program: Program) -> Condensed:
     system = Condensed.of(program)
     if system is None:
+        if names := conflicting(program, program.x0):
+            raise InputError(f"Elimination starts where the conditions hold, and {conflict(program, names)}")
         raise InputError(
             "Elimination needs a control for every keyframe that no other keyframe reads: insert more knots per segment"
         )

@@ -31,12 +31,6 @@ class Found:
     conflict: tuple[str, ...] = ()
     proven: bool = False
 
-    def told(self) -> str:
-        """The conflict in words."""
-        names = ", ".join(repr(name) for name in self.conflict)
-        who = f"{names} contradict each other" if len(self.conflict) > 1 else f"{names} contradicts itself"
-        return f"{who}: no point satisfies them" + ("" if self.proven else " nearby")
-
 
 def find_feasible(frame: Frame, x: np.ndarray) -> Found:
     """Minimise ½ Σ outside(c)² along the equalities from x, by Newton's method on the same systems.
@@ -99,11 +93,11 @@ def _factor(frame: Frame, system: AnySystem, x: np.ndarray, outside: np.ndarray,
 
 
 def _conflict(frame: Frame, x: np.ndarray, outside: np.ndarray, equalities: np.ndarray) -> tuple[str, ...]:
-    """Names of the bounds that are broken and of the equalities that keep them so, the heaviest first."""
+    """Names of the bounds that are broken and of the equalities that keep them so."""
     forces = frame.bounded.joined(equalities * reach(frame.evaluator.jacobian(x), frame.unit), outside)
     most = {name: largest(part) for name, part in frame.bounded.program.split(forces).items()}
     heaviest = max(most.values())
-    return tuple(sorted((name for name, m in most.items() if m > SHARE * heaviest), key=lambda name: -most[name]))
+    return tuple(name for name, m in most.items() if m > SHARE * heaviest)
 
 
 def _convex(frame: Frame, x: np.ndarray, outside: np.ndarray) -> bool:

@@ -18,7 +18,18 @@ from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.solution import Iteration, Solution, Status
 from symmotion.solvers.solver import conclude, start_multipliers, start_vector
 from symmotion.solvers.sqp import Curved
-from symmotion.systems import AnyFactor, AnySystem, Condensed, Saddle, largest, shifted, system_of, tenfold
+from symmotion.systems import (
+    AnyFactor,
+    AnySystem,
+    Condensed,
+    Saddle,
+    conflict,
+    conflicting,
+    largest,
+    shifted,
+    system_of,
+    tenfold,
+)
 
 # A Gauss–Newton matrix may be only semidefinite (motions that stay rigid to first order cost nothing):
 # the first multiple of the identity tried then, relative to the diagonal.
@@ -106,6 +117,8 @@ class ExactNewton:
         system = self._system(evaluator, x)
         journal.compiled()
         evaluator.seconds = 0.0
+        if (failure := _contradicted(evaluator, system, x)) is not None:
+            return x, np.zeros(evaluator.program.conditions), failure
         x = system.feasible(x, evaluator.violation(x))
         first = Straight(self.tolerance, evaluator, system, journal, x, blend=True)
         # A start of the caller's own is taken for close to the minimum, where the exact Hessian serves.
@@ -131,6 +144,8 @@ class ExactNewton:
         saddle = Saddle(evaluator.program, evaluator.jacobian(x))
         journal.compiled()
         evaluator.seconds = 0.0
+        if (failure := _contradicted(evaluator, saddle, x)) is not None:
+            return x, np.zeros(evaluator.program.conditions), failure
         multipliers = start_multipliers(evaluator.program, start)
         if multipliers is None:
             multipliers = saddle.multipliers(evaluator.gradient(x))
@@ -155,7 +170,7 @@ class ExactNewton:
         if failure is not None and not journal.stopped and frame.missed(course.x) > self.tolerance:
             found = find_feasible(frame, x)
             if found.conflict:
-                failure = Status.INFEASIBLE, found.told()
+                failure = Status.INFEASIBLE, conflict(evaluator.program, found.conflict, found.proven)
                 return found.x, np.zeros(evaluator.program.conditions), failure
             if found.feasible:
                 course = Interior(self.tolerance, frame, found.x)
@@ -173,6 +188,13 @@ class ExactNewton:
         if condensed is None:
             raise InputError('the conditions of this program do not decouple: use system="sparse" or insert more knots')
         return condensed
+
+
+def _contradicted(evaluator: Evaluator, system: AnySystem, x: np.ndarray) -> Failure | None:
+    """What is wrong where conditions depend on each other at x and cannot hold together."""
+    if isinstance(system, Saddle) and not system.independent and conflicting(evaluator.program, x, evaluator):
+        return Status.FAILED, "the saddle system is singular"
+    return None
 
 
 class Straight:
@@ -246,9 +268,10 @@ class Straight:
 
     def rest(self, point: Point, factor: AnyFactor) -> None:
         """One more step from a minimum: the factor is there, and it squares the error for one gradient."""
-        if factor is None:
+        step = self._last(point, factor)
+        if step is None:
             return
-        x = self.x + self.journal.timed(self.system.step, factor, point.gradient)
+        x = self.x + step
         gradient = self.evaluator.gradient(x)
         better = largest(self.system.reduced(gradient))
         if better < point.row.stationarity:
@@ -257,6 +280,17 @@ class Straight:
             self.journal.log.append(replace(row, theta=1.0, step=1.0))
             objective = self.evaluator.objective(x)
             self.journal.add(replace(row, objective=objective, stationarity=better, inertia="positive"))
+
+    def _last(self, point: Point, factor: AnyFactor) -> np.ndarray | None:
+        """The step of the exact Hessian, None where it is not positive definite along the conditions."""
+        system, timed = self.system, self.journal.timed
+        if factor is not None:
+            return timed(system.step, factor, point.gradient)
+        # What is factorised for the steps does not pivot, and may fail where the matrix is regular.
+        hessian = self.matrix(1.0)
+        if isinstance(system, Saddle) and timed(system.curvature, hessian).inertia == "positive":
+            return timed(system.pivoted_step, hessian, point.gradient)
+        return None
 
     def _length(self, step: np.ndarray, slope: float, exact: bool) -> tuple[float, float]:
         """The length of a step and the objective there: the first minimum with `exact`, else the first of 1, ½, ¼, …"""

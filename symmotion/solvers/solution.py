@@ -11,7 +11,17 @@ import numpy as np
 from symmotion import checks
 from symmotion.errors import InputError, SolveError
 from symmotion.pictures import as_html, plot_solution
-from symmotion.program import Design, DesignT, Evaluator, MotionT, Multipliers, Program
+from symmotion.program import (
+    QUADRATURE,
+    Design,
+    DesignT,
+    Evaluator,
+    Integrated,
+    MotionT,
+    Multipliers,
+    Program,
+    Quadrature,
+)
 from symmotion.program.state import made_of
 from symmotion.systems import Certificate
 
@@ -138,6 +148,17 @@ class Solution(Generic[DesignT]):
         return self.certificate.inertia
 
     @property
+    def quadrature_error(self) -> float:
+        """By how much the objective may miss the integrals that it stands for; see `quadratures`."""
+        return self.certificate.quadrature
+
+    @cached_property
+    def quadratures(self) -> Mapping[str, Quadrature]:
+        """By term that is an integral: its value by Gauss nodes, the error of that, and where it is known least."""
+        design = self.program.design
+        return design.quadratures(self.program, self.x) if isinstance(design, Integrated) else {}
+
+    @property
     def iterations(self) -> int:
         """Steps taken."""
         return sum(i.step is not None for i in self.log)
@@ -174,7 +195,9 @@ class Solution(Generic[DesignT]):
 
     def __repr__(self) -> str:
         c = self.certificate
+        rough = c.quadrature > QUADRATURE * abs(c.objective)
+        objective = f"{c.objective:.9g}{f' ± {c.quadrature:.1e} (quadrature)' if rough else ''}"
         return (
-            f"Solution({self.method}: {self.status}, objective {c.objective:.9g}, stationarity {c.stationarity:.1e}, "
+            f"Solution({self.method}: {self.status}, objective {objective}, stationarity {c.stationarity:.1e}, "
             f"violation {c.violation:.1e}, inertia {c.inertia}, {self.iterations} iterations)"
         )

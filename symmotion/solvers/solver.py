@@ -10,7 +10,10 @@ from symmotion.errors import InputError
 from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.journal import Failure
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
-from symmotion.systems import certify
+from symmotion.systems import certify, conflict, conflicting
+
+# Endings that may be those of conditions that cannot hold; others are the caller's wish.
+OF_ITSELF = (Status.FAILED, Status.STALLED, Status.DIVERGED, Status.ITERATION_LIMIT)
 
 
 class Judged(Protocol):
@@ -86,7 +89,9 @@ def require_equalities(program: Program, solver: str, curved: bool = False) -> N
         if not c.is_equality or not (curved or c.block.kernel.linear):
             nature = "an inequality" if not c.is_equality else "nonlinear"
             taken = "equalities" if curved else "linear equalities"
-            raise InputError(f"{solver} takes {taken} only and {c.name!r} is {nature}; ExactNewton() and Ipopt() take it")
+            raise InputError(
+                f"{solver} takes {taken} only and {c.name!r} is {nature}; ExactNewton() and Ipopt() take it"
+            )
 
 
 def conclude(
@@ -118,6 +123,10 @@ def conclude(
         failure = None
         if certificate.inertia == "indefinite":
             failure = Status.SADDLE, "the Hessian is indefinite along the conditions"
+    missed = certificate.missed > solver.tolerance or not np.isfinite(certificate.objective)
+    if failure is not None and failure[0] in OF_ITSELF and missed:
+        names = conflicting(program, x, evaluator)
+        failure = (failure[0], f"{failure[1]}: {conflict(program, names)}") if names else failure
     status, message = failure or (Status.SOLVED, "")
     return Solution(
         program,

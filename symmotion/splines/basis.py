@@ -6,12 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from symmotion.checks import numbers, read_only, whole
+from symmotion.checks import floats, numbers, read_only, whole
 from symmotion.errors import InputError
+from symmotion.splines.instants import inside, require_steps, rounding_in, unified
 from symmotion.values import value
-
-# By how much a time may miss an end of the domain, relative: sums of steps do.
-ROUNDING = 4 * float(np.finfo(float).eps)
 
 
 @value
@@ -23,8 +21,8 @@ class BSplineBasis:
     degree: at least 0.
     periodic: whether the last `degree` functions are identified with the first.
 
-    Raises InputError for knots that decrease, are not finite or are too few, and where a knot
-    has more than degree + 1 copies.
+    Knots that agree up to rounding are copies of one. Raises InputError for knots that decrease, are
+    not finite or are too few, and where a knot has more than degree + 1 copies.
     """
 
     knots: np.ndarray
@@ -47,10 +45,14 @@ class BSplineBasis:
         if (steps < 0).any():
             k = int(np.argmax(steps < 0))
             raise InputError(f"knots decrease from {knots[k]:g} to {knots[k + 1]:g} at knot {k + 1}")
+        if ((steps > 0) & (steps <= rounding_in(knots[0], knots[-1]))).any():
+            knots = unified(knots, marks=knots[[0, -1, degree, -degree - 1]])
+        ends = knots[[degree, -degree - 1]]
         crowded = knots[degree + 1 :] == knots[: -degree - 1]
         if crowded.any():
             k = int(np.argmax(crowded))
             raise InputError(f"knot {knots[k]:g} has more than degree + 1 = {degree + 1} copies")
+        require_steps(ends, "the ends of the knots, number")
         object.__setattr__(self, "knots", read_only(knots))
         object.__setattr__(self, "degree", degree)
         object.__setattr__(self, "periodic", bool(self.periodic))
@@ -63,13 +65,13 @@ class BSplineBasis:
     @staticmethod
     def clamped(breakpoints, degree: int) -> "BSplineBasis":
         """The basis with simple knots at increasing `breakpoints`, the end ones repeated degree + 1 times."""
-        b = np.asarray(breakpoints, dtype=float)
+        b = floats(breakpoints, "breakpoints")
         return BSplineBasis(np.concatenate([np.full(degree, b[0]), b, np.full(degree, b[-1])]), degree)
 
     @staticmethod
     def closed(breakpoints, degree: int) -> "BSplineBasis":
         """The periodic basis with simple knots at increasing `breakpoints`; the last is the first, a period later."""
-        b = np.asarray(breakpoints, dtype=float)
+        b = floats(breakpoints, "breakpoints")
         if b.size <= degree:
             raise InputError(f"a periodic basis of degree {degree} needs more than {degree} spans, not {b.size - 1}")
         period = b[-1] - b[0]
@@ -104,12 +106,11 @@ class BSplineBasis:
 
         A time that misses an end of the domain by its rounding counts to the span there, and is evaluated as it is.
         """
-        t = np.asarray(t, dtype=float)
+        t = floats(t, "parameters")
         a, b = self.domain
-        slack = ROUNDING * max(abs(a), abs(b))
-        inside = (t >= a - slack) & (t <= b + slack)
-        if not inside.all():
-            raise InputError(f"parameter {t[~inside].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
+        there = inside(t, (a, b))
+        if not there.all():
+            raise InputError(f"parameter {t[~there].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
         first = int(np.searchsorted(self.knots, a, side="right")) - 1
         last = int(np.searchsorted(self.knots, b, side="left")) - 1
         return np.clip(np.searchsorted(self.knots, t, side="right") - 1, first, last)
@@ -120,7 +121,7 @@ class BSplineBasis:
         t: (N,) in the domain. Returns their indices (N, degree + 1), in order of time, and
         values (N, degree + 1): Cox–de Boor, whose last nu steps differentiate.
         """
-        t = np.atleast_1d(np.asarray(t, dtype=float))
+        t = np.atleast_1d(floats(t, "parameters"))
         span = self.spans(t)
         values = np.ones((t.size, 1))
         for q in range(1, self.degree + 1):
@@ -155,7 +156,7 @@ class BSplineBasis:
         """The basis with the knots `new` inserted, each inside the domain; a value given twice counts twice."""
         if self.periodic:
             raise InputError("knot insertion takes a clamped basis")
-        new = np.atleast_1d(np.asarray(new, dtype=float))
+        new = np.atleast_1d(floats(new, "knots"))
         self.spans(new)
         return BSplineBasis(np.sort(np.concatenate([self.knots, new])), self.degree)
 

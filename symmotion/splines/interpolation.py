@@ -6,9 +6,10 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu, spsolve
 
-from symmotion.checks import choice, numbers
+from symmotion.checks import choice, floats, numbers
 from symmotion.errors import InputError
 from symmotion.splines.basis import BSplineBasis
+from symmotion.splines.instants import distinct, require_steps
 from symmotion.splines.quadrature import gauss
 from symmotion.splines.spline import Spline
 
@@ -32,13 +33,16 @@ def check_times(times, what: str = "keyframe") -> np.ndarray:
         how = "repeats" if steps[k] == 0 else "comes before"
         raise InputError(
             f"the time of {what} {k + 1}, {times[k + 1]:.9g}, {how} that of {what} {k}, {times[k]:.9g}: "
-            "times must increase"
+            "times must increase; leave one of them out"
         )
+    require_steps(times, f"the times of {what}s")
     return times
 
 
 def _seconds(times, what: str) -> np.ndarray:
     """Numbers as they are, dates and durations as seconds since the first."""
+    if np.ma.is_masked(times):
+        return numbers(times, "times")
     try:
         given = np.asarray(times)
     except ValueError:
@@ -156,10 +160,11 @@ def closest(basis: BSplineBasis, spline: Spline, times) -> Spline:
     This carries a start value into a space of another degree: it is exact where the space
     holds `spline`, and stays smooth where it does not. Solved as one sparse saddle system.
     """
-    require_schoenberg_whitney(basis, np.asarray(times, dtype=float))
+    times = floats(times, "times")
+    require_schoenberg_whitney(basis, times)
     order = min(2, basis.degree)
     # Products of two m-th derivatives have degree at most 2 max(p) − 2m on the spans of both splines together.
-    merged = BSplineBasis.clamped(np.union1d(basis.breakpoints, spline.basis.breakpoints), 1)
+    merged = BSplineBasis.clamped(distinct([*spline.basis.breakpoints, *basis.breakpoints], basis.breakpoints), 1)
     points, weights = gauss(merged, max(basis.degree, spline.degree) - order + 1)
     slopes = basis.matrix(points.ravel(), order)
     weighted = slopes.T.tocsr().multiply(weights.ravel()).tocsr()

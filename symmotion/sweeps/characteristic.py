@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only
+from symmotion.checks import floats, numbers, read_only
 from symmotion.errors import InputError
 from symmotion.sweeps.ellipsoid import MovingEllipsoid, SurfaceSpeed
 from symmotion.values import value
@@ -53,7 +53,7 @@ def surface_speed_range(body: MovingEllipsoid, t: ArrayLike) -> Range:
     min = max over λ ≤ w₁ of λ − Σ c_i² / (4 (w_i − λ)), with w, Q the eigenvalues and -vectors
     of H and c = Qᵀb; there is no gap between the two (Stern and Wolkowicz 1995).
     """
-    form = body.surface_speed(np.asarray(t, dtype=float))
+    form = body.surface_speed(floats(t, "times"))
     return Range(_least(form), -_least(SurfaceSpeed(-form.quadratic, -form.linear)))
 
 

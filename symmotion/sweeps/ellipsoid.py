@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only
+from symmotion.checks import floats, numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.motions.motion import Moving
@@ -160,7 +160,7 @@ class MovingEllipsoid:
         times: (N,) increasing, at which it is looked for; between them parabolas tell short
         stretches. closed: whether the last time is followed by the first.
         """
-        points = np.atleast_2d(np.asarray(points, dtype=float))
+        points = np.atleast_2d(floats(points, "points"))
         count = np.empty(len(points), dtype=int)
         for part in _chunks(len(points), len(times)):
             square = self.distances(points[part], times) ** 2

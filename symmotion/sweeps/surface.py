@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.bodies.mesh import Mesh, compact
-from symmotion.checks import numbers, read_only
+from symmotion.checks import floats, numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.splines import BSplineBasis, Spline
@@ -56,7 +56,7 @@ class SweepSurface:
         """Partial derivatives of order nu by (u, t); u and t broadcast, + (d,). InputError outside the domain."""
         if len(nu) != 2 or min(nu) < 0:
             raise InputError(f"derivative orders {nu!r}: two, 0 or more, are needed")
-        u, t = np.broadcast_arrays(np.asarray(u, dtype=float), np.asarray(t, dtype=float))
+        u, t = np.broadcast_arrays(floats(u, "u"), floats(t, "times"))
         local = []
         for basis, x, order, name in ((self.u, u, nu[0], "u"), (self.t, t, nu[1], "t")):
             try:

@@ -2,6 +2,7 @@
 
 from symmotion.systems.certificate import Certificate, certify, system_of
 from symmotion.systems.condensed import Condensed
+from symmotion.systems.conflicts import conflict, conflicting
 from symmotion.systems.curvature import Curvature
 from symmotion.systems.saddle import HessianTriangle, Saddle, kkt_pattern
 from symmotion.systems.system import AnyFactor, AnySystem, System, largest, reach, shifted, tenfold
@@ -16,6 +17,8 @@ __all__ = [
     "Saddle",
     "System",
     "certify",
+    "conflict",
+    "conflicting",
     "kkt_pattern",
     "largest",
     "reach",

@@ -10,7 +10,7 @@ from scipy import sparse
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.program.evaluate import Evaluator
-from symmotion.program.program import Program
+from symmotion.program.program import Integrated, Program
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import EPS
 from symmotion.systems.saddle import Saddle
@@ -43,6 +43,8 @@ class Certificate:
         relative to the program's own units.
     weak: names of bounds that are met without a multiplier. degenerate: whether active conditions depend on each
         other, which leaves multipliers open.
+    quadrature: by how much the objective may miss the integrals that its terms stand for; unresolved: what is said of
+        the terms of which that leaves no digit. They fail the certificate.
     """
 
     objective: float
@@ -57,6 +59,8 @@ class Certificate:
     pressing: float = 0.0
     weak: tuple[str, ...] = ()
     degenerate: bool = False
+    quadrature: float = 0.0
+    unresolved: tuple[str, ...] = ()
 
     def holds(self, tolerance: float) -> bool:
         """Whether the point is a minimum to a tolerance, as far as first and second derivatives tell.
@@ -85,7 +89,8 @@ class Certificate:
             "multipliers that press without touching, or to the wrong side,": self.pressing,
         }
         found += [f"{what} {value:.2g} in own units" for what, value in relative.items() if not value <= tolerance]
-        return ", ".join(found) + (f" (tolerance {tolerance:g})" if found else "")
+        told = ", ".join(found) + (f" (tolerance {tolerance:g})" if found else "")
+        return "; ".join([*([told] if told else []), *self.unresolved])
 
 
 NAN = float("nan")
@@ -175,12 +180,19 @@ class _Inspection:
         return active[np.sort(order[: int((strengths > DEPENDENT * strengths[0]).sum())])], True
 
     @cached_property
+    def shared(self) -> AnySystem | None:
+        """The program's own saddle system, where its conditions are linear equalities independent of each other."""
+        if not (self.program.equalities_only and self.program.linear):
+            return None
+        system = system_of(self.program, self.evaluator, self.x)
+        return system if not isinstance(system, Saddle) or system.independent else None
+
+    @cached_property
     def system(self) -> AnySystem:
         """The saddle system of the conditions that press."""
-        program = self.program
-        if program.equalities_only and program.linear:
-            return system_of(program, self.evaluator, self.x)
-        rows = self.rows[0]
+        if self.shared is not None:
+            return self.shared
+        rows, program = self.rows[0], self.program
         return Saddle(program, self.jacobian[rows] if len(rows) < program.conditions else self.jacobian)
 
     def certificate(self) -> Certificate:
@@ -202,6 +214,7 @@ class _Inspection:
         # The minimum may be next to nothing: what counts is what the objective is like elsewhere, too.
         start = 0.0 if program.equalities_only else abs(evaluator.objective(program.x0))
         weight = max(abs(objective), start, largest(self.press)) or 1.0
+        quadrature, unresolved = self._quadrature()
         return Certificate(
             objective=objective,
             stationarity=largest(residual),
@@ -214,8 +227,25 @@ class _Inspection:
             missed=largest(missed),
             pressing=largest(slack) / weight,
             weak=tuple(name for name, part in program.split(self.weak).items() if part.any()),
-            degenerate=not (program.equalities_only and program.linear) and self.rows[1],
+            degenerate=self.shared is None and self.rows[1],
+            quadrature=quadrature,
+            unresolved=unresolved,
         )
+
+    def _quadrature(self) -> tuple[float, tuple[str, ...]]:
+        """The quadrature error, and what is said of the terms that it leaves no digit of."""
+        if not isinstance(self.program.design, Integrated):
+            return 0.0, ()
+        try:
+            found = self.program.design.quadratures(self.program, self.x)
+        except InputError as error:  # at a point that is no motion, such as one with knots that decrease
+            return np.inf, (str(error),)
+        unresolved = [
+            f"{name} is {q.value:.3g} with a quadrature error of {q.error:.2g} {q.where}"
+            for name, q in found.items()
+            if q.useless
+        ]
+        return float(sum(q.error for q in found.values())), tuple(unresolved)
 
     def _along(self, hessian: np.ndarray, residual: np.ndarray) -> tuple[str, float]:
         """The inertia along the conditions that press, and the decrement there."""

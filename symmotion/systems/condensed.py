@@ -5,7 +5,6 @@ import scipy.linalg as la
 from scipy import sparse
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
-from symmotion.errors import InputError
 from symmotion.program.block import LocalTables
 from symmotion.program.evaluate import Pattern
 from symmotion.program.program import Program
@@ -187,5 +186,5 @@ def _condense(program: Program) -> Condensed | None:
     _, r, order = la.qr(conditions.toarray(), mode="economic", pivoting=True)
     strengths = np.abs(np.diag(r))
     if m > n or strengths[-1] <= 1e-12 * strengths[0]:
-        raise InputError(f"the {m} conditions on {n} controls are redundant or contradict each other")
+        return None
     return Condensed(program, conditions, np.sort(order[:m]), decoupled=False)

@@ -73,14 +73,16 @@ class HessianTriangle:
             column = local[1][:, None, None] * stride + channel
             # The blocks are those with a ≤ b; inside one on the diagonal half the entries are mirror images.
             entries.append(np.where(row <= column, column * n + row, n * n).ravel())
-        if len(entries) == 1:
+        # Multiples of the identity go to unknowns too that no term reads.
+        unread = np.setdiff1d(np.arange(n) * (n + 1), np.concatenate(entries))
+        if len(entries) == 1 and not len(unread):
             order = np.argsort(entries[0], kind="stable")
             keys = entries[0][order]
             targets = [np.empty(len(order), dtype=np.intp)]
             targets[0][order] = np.arange(len(order))
         else:
-            keys, places = np.unique(np.concatenate([*entries, [n * n]]), return_inverse=True)
-            targets = np.split(places[:-1], np.cumsum([len(e) for e in entries[:-1]]))
+            keys, places = np.unique(np.concatenate([*entries, unread, [n * n]]), return_inverse=True)
+            targets = np.split(places, np.cumsum([len(e) for e in entries]))[:-1]
         size = int(np.searchsorted(keys, n * n))
         targets = [np.minimum(t, size) for t in targets]
         columns, rows = np.divmod(keys[:size], n)
@@ -194,6 +196,15 @@ class Saddle:
     def pivoted_step(self, flat: np.ndarray, gradient: np.ndarray) -> np.ndarray:
         """(unknowns,) the Newton step along the conditions by a factorisation with pivots, whatever the inertia."""
         return splu(self.matrix(flat)).solve(np.concatenate([-gradient, np.zeros(self.m)]))[: self.n]
+
+    @property
+    def independent(self) -> bool:
+        """Whether no condition follows from the others, or contradicts them, to first order and up to rounding."""
+        try:
+            pivots = np.abs(self._normal.U.diagonal()) if self._normal is not None else np.ones(1)
+        except InputError:
+            return False
+        return bool(pivots.min() > EPS * self.m * pivots.max())
 
     def solve(self, factor: SaddleFactor, rhs: np.ndarray) -> np.ndarray:
         """(unknowns + conditions,) the solution of the saddle system, refined once."""

@@ -54,7 +54,7 @@ def sample_patch(
             return motion.rodrigues(u, v, nu, mean)
         if image == "dual":
             return motion.dual_image(u, v, nu)
-        return motion.trajectory(point, u, v, nu)
+        return motion.trajectory(point, u, v, nu)[..., 0, :]
 
     normals = np.cross(surface((1, 0)), surface((0, 1)))
     lengths = np.linalg.norm(normals, axis=-1, keepdims=True)

@@ -86,7 +86,7 @@ def plot_net(motion: TwoParameterMotion, axes: Axes | None = None, *, point: Arr
 
     def lines(steps_u: np.ndarray, steps_v: np.ndarray) -> np.ndarray:
         u, v = steps_u[:, None], steps_v
-        points = motion.rodrigues(u, v) if image == "rotation" else motion.trajectory(where, u, v)
+        points = motion.rodrigues(u, v) if image == "rotation" else motion.trajectory(where, u, v)[..., 0, :]
         return (points @ view)[..., :2]
 
     (a, b), (c, d) = motion.domain

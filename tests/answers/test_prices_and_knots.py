@@ -110,3 +110,10 @@ def test_auxiliary_keyframes_lie_on_the_cubic_through_four_neighbours(count):
 def test_bad_input_names_the_culprit(make, message):
     with pytest.raises(sm.InputError, match=message):
         make()
+
+
+def test_knots_of_a_motion_that_costs_nothing_are_not_searched_for():
+    still = sm.Keyframes([0.0, 1.0, 2.0, 3.0], np.tile(np.eye(2), (4, 1, 1)), np.zeros((4, 2)))
+    search = sm.answers.auto_knots(still, objective=sm.Rigidity(), budget=1000)
+    assert len(search.stages) == 1
+    assert search.reason == "the objective is nothing but rounding"

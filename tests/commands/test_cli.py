@@ -40,6 +40,25 @@ def test_compare_writes_one_report_for_all_files_and_objectives(poses, tmp_path,
     assert "report:" in capsys.readouterr().out
 
 
+def test_what_there_is_to_say_of_keyframes_is_said_on_standard_error(tmp_path, capsys):
+    crowded, mirrored, out = tmp_path / "crowded.csv", tmp_path / "mirrored.csv", str(tmp_path / "m.json")
+    still = KEYS.moved(2, KEYS.linear[1], KEYS.translation[1])
+    sm.write_keyframes(still.with_times([0, 1, 1 + 1e-4, 2, 3]), crowded)
+    sm.write_keyframes(KEYS.moved(1, KEYS.linear[1] @ np.diag([1, 1, -1])), mirrored)
+    assert main(["design", str(crowded), "-o", out, "--refine", "0"]) == 0
+    told = capsys.readouterr()
+    assert f"symmotion design: {crowded}: note: keyframes 1 and 2 (times 1.0 and 1.0001) are 1.0e-04 of" in told.err
+    assert "note" not in told.out
+    assert main(["compare", str(mirrored), "-o", str(tmp_path / "r"), "--solvers", "newton"]) in (0, 1)
+    assert "mirrored.csv: note: keyframes 0 and 1 have determinants 1 and -1" in capsys.readouterr().err
+    main(["design", str(crowded), "-o", out, "--refine", "0", "--quiet"])
+    assert capsys.readouterr().err == ""
+    sm.write_keyframes(still.with_times([0, 1, 1 + 1e-9, 2, 3]), crowded)
+    assert main(["design", str(crowded), "-o", out]) == 2
+    message = "crowded.csv: keyframes 1 and 2 (times 1.0 and 1.000000001) are 1.0e-09 of the median step apart, hardly"
+    assert message in capsys.readouterr().err
+
+
 def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_path, capsys):
     exact, samples, rigid = (tmp_path / name for name in ("m.json", "m.csv", "m.tum"))
     assert main(["design", str(poses), "-o", str(exact), str(samples), str(rigid), "--orthonormalise"]) == 0
@@ -79,7 +98,10 @@ def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_pa
         (["design", "{poses}", "-o", "{tmp}/m.json", "--solver", "elimination", "--degree", "5"], "insert more knots"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--periodic"], "first and the last keyframe differ"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "-1"], "--tolerance -1.0: a positive number"),
-        (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--solver", "elimination"], "inequality; ExactNewton()"),
+        (
+            ["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--solver", "elimination"],
+            "inequality; ExactNewton()",
+        ),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--auto-knots", "3"], "leave one out"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "-3"], "--auto-knots -3: a whole number, 0"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "3", "--free-times"], "leave one out"),

@@ -1,6 +1,7 @@
 """Constraints that users write: names, bounds, parameters, and what the doors say where they go wrong."""
 
-from dataclasses import dataclass
+import pickle
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import casadi as ca
@@ -134,3 +135,99 @@ def test_what_is_wrong_is_said_with_the_name(make, message):
 def test_an_orientation_has_no_translation_to_constrain(constraint):
     with pytest.raises(sm.InputError, match=f"{constraint.name} is about the translation, and an orientation has none"):
         sm.orientation_program(KEYS, constraints=[constraint])
+
+
+def refused(jet):
+    raise sm.InputError("no motion is good enough")
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: program(J(lambda jet: jet.place([1, 2]), name="a")), r"^a: body point of shape \(2,\)"),
+        (lambda: program(J(refused, name="mine")), "^mine: no motion is good enough"),
+        (lambda: program(Told(lambda: sm.Tolerance(linear=-1.0))), "^told: tolerance: linear"),
+        (lambda: sm.affine_program(KEYS, objective=sm.JetEnergy(refused, label="mine")), "^energy mine: no motion"),
+        (lambda: sm.measure(sm.interpolants.polar_blend(KEYS), sm.JetEnergy(refused)), "^energy custom: no motion"),
+        (lambda: sm.affine_program(KEYS, objective=sm.JetEnergy(lambda _: None)), "^energy custom returns None"),
+        (lambda: pickle.dumps(J(refused, name="mine")), "^mine: no motion is good enough"),
+        (lambda: pickle.dumps(J(lambda a, b, c: a.v - b.dv * c.x, name="three")), "^three: the function fails on jets"),
+        (lambda: pickle.dumps(sm.JetEnergy(lambda jet: jet.nothing)), "^energy custom fails on jets of every kind"),
+    ],
+)
+def test_what_a_function_refuses_is_said_with_the_name_of_its_owner(make, message):
+    with pytest.raises(sm.InputError, match=message):
+        make()
+
+
+@dataclass(frozen=True, eq=False)
+class Own(sm.JetConstraint):
+    """A class whose `__post_init__` calls none of its base's."""
+
+    numbers: np.ndarray = field(default_factory=lambda: np.array([0.1, 0.2]), kw_only=True)
+
+    def __post_init__(self):
+        object.__setattr__(self, "total", float(self.numbers.sum()))
+
+
+@dataclass(frozen=True)  # its == would compare arrays in tuples
+class OwnEnergy(sm.energies.Energy):
+    wind: np.ndarray
+
+    def __post_init__(self):
+        object.__setattr__(self, "strength", float(self.wind.sum()))
+
+    def residuals(self, jet):
+        return self.strength * (jet.dv - ca.DM(self.wind))
+
+
+CONSTRAINTS = {
+    "plain": J(lambda jet: jet.place([0.1, 0, 0])[2], upper=np.inf, name="floor"),
+    "parameters": J(lambda jet, p: jet.dv - p.v, at=1.5, parameters={"v": [0.1, 0, 0]}),
+    "data": J(lambda jet, row: jet.v[0] - row, at=[0.5, 1.5], data=[[0.1], [0.2]]),
+    "times": J(lambda a, b: a.dA - b.dA, at=[(0.5, 1.5)]),
+    "bodies": J(lambda a, b: ca.sumsqr(a.place([0.1, 0, 0]) - b.place([0, 0, 0])) - 1, at=1.5, name="rod"),
+    "own class": Own(lambda jet: jet.dv, at=[0.5]),
+}
+
+
+@pytest.mark.parametrize("constraint", CONSTRAINTS.values(), ids=CONSTRAINTS)
+def test_a_constraint_that_was_pickled_equals_its_original(constraint):
+    copy = pickle.loads(pickle.dumps(constraint))
+    assert copy == constraint and constraint == copy and type(copy) is type(constraint)
+    assert copy == pickle.loads(pickle.dumps(copy))
+    assert copy != constraint.named("another")
+    other = replace(constraint, function=lambda *given: 2 * constraint.function(*given))
+    assert copy != other and constraint != other
+
+
+def test_functions_of_one_text_are_the_same_constraint_and_energy():
+    def floor(height):
+        return J(lambda jet: jet.v[2] - height, upper=np.inf)
+
+    def drift(speed):
+        return sm.JetEnergy(lambda jet: jet.dv - speed, squares=True)
+
+    assert floor(0.2) == floor(0.2) and floor(0.2) != floor(0.3)
+    assert drift(1.0) == drift(1.0) == pickle.loads(pickle.dumps(drift(1.0))) and drift(1.0) != drift(2.0)
+
+
+def test_a_coupling_constraint_is_joined_after_a_journey():
+    rod = pickle.loads(pickle.dumps(CONSTRAINTS["bodies"]))
+    body = sm.pose_program(KEYS, degree=3)
+    # The two bodies are the same one, at a distance of 0.1 from itself: 0.01 − 1.
+    joined = sm.join({"a": body, "b": body}, [rod])
+    assert sm.program.Evaluator(joined).violation(joined.x0)[-1] == pytest.approx(-0.99)
+
+
+def test_a_post_init_of_ones_own_needs_no_call_of_the_base():
+    wind, numbers = np.array([0.0, 0.0, 1.0]), np.array([0.1])
+    energy, constraint = OwnEnergy(wind), Own(lambda jet: jet.dv[0], lower=[-1.0], at=[0.5], numbers=numbers)
+    wind[:], numbers[:] = 9, 9
+    assert energy.wind[2] == 1 and energy.strength == 1 and not energy.wind.flags.writeable
+    assert constraint.numbers[0] == 0.1 and isinstance(constraint.at, np.ndarray)
+    assert pickle.loads(pickle.dumps(energy)) == energy != OwnEnergy(np.ones(3))
+    solution = sm.ExactNewton().solve(program(replace(constraint, lower=0.0, name="still"))).require()
+    assert list(solution.multipliers) == ["keyframes", "still"]
+    with pytest.raises(sm.InputError, match="constraint: the lower bound is above the upper one"):
+        Own(lambda jet: jet.dv, lower=2.0, upper=1.0)

@@ -19,7 +19,7 @@ from symmotion.program import Evaluator
 from symmotion.splines import gauss
 
 TIMES = np.array([0.0, 0.7, 1.5, 2.0, 3.2])
-INERTIA = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.1], [0.0, 0.1, 3.0]])
+INERTIA = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.1], [0.0, 0.1, 2.9]])
 Q = units(5, 21, angle=1.2)
 REST = np.zeros((2, 3))
 

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from symmotion.errors import InputError
 from symmotion.files import read_keyframes, read_motion, write_keyframes, write_motion
+from symmotion.loading import load
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.examples import random_keyframes
 from symmotion.motions.interpolants import log_blend
@@ -204,7 +205,7 @@ MATRIX = "[[1, 0], [0, 1]]"
         ("a.tum", POSE + "1 0 0 0 0 0 0 0\n", "a.tum, line 2: a quaternion of norm 0: unit quaternions"),
         ("a.tum", POSE + "1 0 0 0 0 0 0 1.002\n", "a.tum, line 2: a quaternion of norm 1.002"),
         ("a.tum", "#\n3.2" + POSE[1:] + "\n3.2" + POSE[1:],
-         "a.tum, line 4: time 3.2 repeats that of line 2: times must increase"),
+         "a.tum, line 4: time 3.2 repeats that of line 2: times must increase; leave one of them out"),
         ("a.tum", POSE + "-1" + POSE[1:], "a.tum, line 2: time -1.0 comes before that of line 1"),
         ("a.tum", b"0 0 \xff", "a.tum: is not UTF-8 text .* save it as UTF-8"),
         ("a.txt", "#\n1 2 3\n", "a.txt, line 2: 3 columns; 8 make it tum and 12 kitti"),
@@ -386,10 +387,28 @@ def test_motions_that_cannot_be_written(tmp_path, monkeypatch, motion, name, opt
     assert not list(tmp_path.iterdir())
 
 
+def first_form(motion):
+    """The JSON object that `write_motion` of 0.1.0 wrote."""
+    basis = {"degree": motion.degree, "periodic": motion.basis.periodic, "knots": motion.basis.knots.tolist()}
+    controls = {"linear": motion.linear.tolist(), "translation": motion.translation.tolist()}
+    return {"symmotion": "affine-motion", "version": 1, **basis, **controls}
+
+
+def test_a_motion_has_one_written_form_and_its_first_one_is_read(tmp_path):
+    motion = turning_motion()
+    write_motion(motion, tmp_path / "written.json")
+    motion.save(tmp_path / "saved.json")
+    assert (tmp_path / "written.json").read_bytes() == (tmp_path / "saved.json").read_bytes()
+    (tmp_path / "first.json").write_text(json.dumps(first_form(motion)))
+    for name in ("written.json", "first.json"):
+        assert read_motion(tmp_path / name) == motion
+        assert load(tmp_path / name) == motion
+
+
 @pytest.mark.parametrize(
     "changes, message",
     [
-        ({"symmotion": "keyframes"}, "m.json: symmotion is 'keyframes': 'affine-motion' is needed"),
+        ({"symmotion": "keyframes"}, "m.json: symmotion is 'keyframes': 'value', as `save` writes it, is needed"),
         ({"version": 2}, "m.json: version is 2.0: 1 is needed"),
         ({"degree": None}, "m.json, degree: a whole number is needed"),
         ({"degree": 2.5}, "m.json, degree: a whole number is needed"),
@@ -404,19 +423,17 @@ def test_motions_that_cannot_be_written(tmp_path, monkeypatch, motion, name, opt
 )
 def test_bad_motion_files_name_the_file_and_the_entry(tmp_path, monkeypatch, changes, message):
     monkeypatch.chdir(tmp_path)
-    write_motion(turning_motion(2), "m.json")
-    document = json.loads(Path("m.json").read_text())
-    Path("m.json").write_text(json.dumps(document | changes))
+    Path("m.json").write_text(json.dumps(first_form(turning_motion(2)) | changes))
     with pytest.raises(InputError, match=f"^{message}"):
         read_motion("m.json")
 
 
 def test_keyframes_and_motions_are_not_mistaken_for_each_other(tmp_path):
     write_keyframes(affine_keyframes(2), tmp_path / "k.json")
-    with pytest.raises(InputError, match="symmotion is None: 'affine-motion' is needed"):
+    with pytest.raises(InputError, match="symmotion is None: 'value', as `save` writes it, is needed"):
         read_motion(tmp_path / "k.json")
     write_motion(turning_motion(2), tmp_path / "m.json")
-    with pytest.raises(InputError, match="unknown symmotion, version, degree, periodic, knots"):
+    with pytest.raises(InputError, match="unknown symmotion, version, class, basis"):
         read_keyframes(tmp_path / "m.json")
 
 

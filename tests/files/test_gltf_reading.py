@@ -89,6 +89,16 @@ def test_every_sampler_at_the_keys_of_all(tmp_path):
     np.testing.assert_allclose(keys.translation, [parts[int(x > 2)](x) for x in t], atol=1e-6)
 
 
+def test_keys_of_samplers_that_agree_up_to_rounding_are_one(tmp_path):
+    scales = np.array([[1.0, 1, 1], [2, 2, 2]])
+    maker = Maker({"name": "body"}).animate(0, "translation", [0, 1e6, 3e6], np.eye(3))
+    # The least float32 is far below the rounding of times of the animation.
+    maker.animate(0, "scale", [1e-30, 1e6], scales, "STEP")
+    keys = read_keyframes(maker.save(tmp_path / "a.gltf"))
+    assert keys.times.tolist() == [0, 1e6, 3e6]
+    np.testing.assert_array_equal(keys.linear, np.eye(3) * np.array([1, 2, 2])[:, None, None])
+
+
 def test_the_nodes_above_take_part(tmp_path):
     matrix = np.eye(4)
     matrix[:3] = [[0, -2, 0, 1], [2, 0, 0, 2], [0, 0, 2, 3]]

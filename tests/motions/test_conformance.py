@@ -82,6 +82,30 @@ def test_derivatives_of_trajectories_are_those_of_their_differences(motion: Moti
 
 
 @ALL
+def test_the_path_of_one_point_is_that_of_a_list_of_it(motion: Motion):
+    p, t = RNG.normal(size=motion.dimension), inside(motion, 2)
+    for nu in range(3):
+        one = motion.trajectory(p, t, nu)
+        assert one.shape == (*t.shape, 1, motion.dimension)
+        np.testing.assert_array_equal(one, motion.trajectory(p[None], t, nu))
+        assert motion.trajectory(p, float(t[0, 0]), nu).shape == (1, motion.dimension)
+
+
+def test_so_it_is_in_two_parameters():
+    for nu in ((0, 0), (1, 0), (0, 2)):
+        one = NET.trajectory([0.1, 0.2, 0.3], [[3.2], [3.4]], [3.1, 3.3, 3.5], nu)
+        assert one.shape == (2, 3, 1, 3)
+        np.testing.assert_array_equal(one, NET.trajectory([[0.1, 0.2, 0.3]], [[3.2], [3.4]], [3.1, 3.3, 3.5], nu))
+
+
+@ALL
+def test_ends_are_met_up_to_rounding(motion: Motion):
+    a, b = motion.domain
+    for t, end in ((a - 1e-13 * (b - a), a), (b + 1e-13 * (b - a), b)):
+        np.testing.assert_allclose(motion.matrix(t), motion.matrix(end), atol=1e-10)
+
+
+@ALL
 def test_no_motion_goes_on_outside_its_domain(motion: Motion):
     a, b = motion.domain
     for t in (a - 0.01, [a, b + 0.01]):

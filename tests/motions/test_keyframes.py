@@ -170,3 +170,38 @@ def test_an_index_of_pandas_is_taken():
 def test_doors_refuse_what_is_no_keyframes_and_say_what_is(make, message):
     with pytest.raises(sm.InputError, match=message):
         make()
+
+
+def test_times_are_given_by_a_method_or_as_they_are():
+    timed = KEYS.with_times([1.0, 2.0, 5.0, 6.0])
+    assert timed == sm.Keyframes([1.0, 2.0, 5.0, 6.0], KEYS.linear, KEYS.translation)
+    assert KEYS.with_times(np.array(timed.times)) == KEYS.with_times(tuple(timed.times.tolist())) == timed
+    assert KEYS.with_times("uniform").times.tolist() == np.linspace(KEYS.times[0], KEYS.times[-1], 4).tolist()
+    dated = KEYS.with_times(np.array(["2025-01-01", "2025-01-02", "2025-01-04", "2025-01-05"], dtype="M8[s]"))
+    assert dated.times.tolist() == [0.0, 86400.0, 3 * 86400.0, 4 * 86400.0]
+    for times, message in (
+        ([0.0, 1.0, 1.0, 2.0], "the time of keyframe 2, 1, repeats that of keyframe 1, 1: times must increase; leave"),
+        ([0.0, 1.0], "2 times for 4 linear parts"),
+        (1.0, r"times of shape \(\)"),
+        ("evenly", "parametrisation 'evenly' is unknown"),
+        (np.ma.array(TIMES, mask=[False, False, True, False]), "times: entries are masked"),
+        ([0j, 1, 2, 3], "times: complex"),
+    ):
+        with pytest.raises(sm.InputError, match=message):
+            KEYS.with_times(times)
+    with pytest.raises(sm.InputError, match="points go with a method"):
+        KEYS.with_times(TIMES, np.eye(3))
+
+
+def test_crowded_keyframes_are_merged():
+    many = sm.examples.random_keyframes(9, 20, seed=1)
+    times = [0.0, 1e-9, 1.0, 2.0, 2 + 1e-8, 2 + 2e-8, 3.0, 4 - 1e-9, 4.0]
+    merged = many.with_times(times).merged()
+    assert merged.times.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert merged == many.with_times(times)[[0, 2, 3, 6, 8]]
+    assert KEYS.merged() == KEYS
+    assert KEYS.with_times(TIMES).merged(within=0.6).times.tolist() == [0.0, 1.0, 3.0]
+    assert KEYS.with_times(TIMES).merged(within=1.0).times.tolist() == [0.0, 3.0]
+    assert KEYS.merged(within=1e9).times.tolist() == KEYS.times[[0, -1]].tolist()
+    with pytest.raises(sm.InputError, match="within -1: a positive number"):
+        KEYS.merged(-1)

@@ -162,6 +162,15 @@ def document(**changes):
     return json.dumps({k: v for k, v in entries.items() if v is not None})
 
 
+def test_json_has_one_written_form_and_its_first_one_is_read(tmp_path):
+    write_two_parameter(SPHERICAL, tmp_path / "written.json")
+    SPHERICAL.save(tmp_path / "saved.json")
+    assert (tmp_path / "written.json").read_bytes() == (tmp_path / "saved.json").read_bytes()
+    (tmp_path / "first.json").write_text(document())
+    for name in ("written.json", "first.json"):
+        assert read_two_parameter(tmp_path / name) == sm.load(tmp_path / name) == SPHERICAL
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -221,7 +230,7 @@ def test_archives_of_other_things(tmp_path):
         (lambda: SPATIAL(-1.0, 0.5), "u: parameter -1 is outside"),
         (lambda: SPATIAL(0.0, [0.0, 99.0]), "v: parameter 99 is outside"),
         (lambda: SPATIAL(0.0, 0.0, (-1, 0)), "derivative orders"),
-        (lambda: SPATIAL.trajectory([1.0, 2.0], 0.0, 0.0), r"\(2,\): \(3,\) or \(P, 3\)"),
+        (lambda: SPATIAL.trajectory([1.0, 2.0], 0.0, 0.0), r"\(1, 2\): \(3,\) or \(P, 3\)"),
         (lambda: spatial.boundary("w0"), "side 'w0' is unknown"),
         (lambda: SPATIAL.isoparametric(), "one of u and v"),
         (lambda: SPATIAL.along(Spline(BSplineBasis.clamped([0.0, 1.0], 1), np.zeros((2, 3)))), "u and v"),

@@ -58,9 +58,21 @@ def test_a_quadratic_program_against_scipy():
         jac=evaluator.gradient,
         method="SLSQP",
         constraints=[
-            {"type": "eq", "fun": lambda x: (values + jacobian @ x - program.lower)[equal], "jac": lambda x: jacobian[equal]},
-            {"type": "ineq", "fun": lambda x: (program.upper - values - jacobian @ x)[~equal], "jac": lambda x: -jacobian[~equal]},
-            {"type": "ineq", "fun": lambda x: (values + jacobian @ x - program.lower)[~equal], "jac": lambda x: jacobian[~equal]},
+            {
+                "type": "eq",
+                "fun": lambda x: (values + jacobian @ x - program.lower)[equal],
+                "jac": lambda x: jacobian[equal],
+            },
+            {
+                "type": "ineq",
+                "fun": lambda x: (program.upper - values - jacobian @ x)[~equal],
+                "jac": lambda x: -jacobian[~equal],
+            },
+            {
+                "type": "ineq",
+                "fun": lambda x: (values + jacobian @ x - program.lower)[~equal],
+                "jac": lambda x: jacobian[~equal],
+            },
         ],
         options={"maxiter": 500, "ftol": 1e-15},
     )
@@ -129,11 +141,8 @@ def test_parts_of_a_program_with_bounds_have_its_derivatives():
 def test_contradicting_bounds_are_named_and_proven_where_they_are_convex():
     solution = NEWTON.solve(slowed(0.5))
     assert solution.status == "infeasible"
-    assert solution.message in (
-        f"{a}, {b} contradict each other: no point satisfies them"
-        for a, b in (("'speed'", "'keyframes'"), ("'keyframes'", "'speed'"))
-    )
-    with pytest.raises(sm.SolveError, match="contradict each other"):
+    assert solution.message == "'keyframes' and 'speed' cannot hold together"
+    with pytest.raises(sm.SolveError, match="cannot hold together"):
         solution.require()
 
 
@@ -142,7 +151,11 @@ def test_a_keep_out_around_a_keyframe_is_infeasible_nearby():
     out = sm.JetConstraint(lambda jet: ca.sumsqr(jet.v - centre), lower=0.1, upper=np.inf, at=KEYS.times, name="out")
     solution = NEWTON.solve(sm.affine_program(KEYS, objective=BOTH, constraints=[out]))
     assert solution.status == "infeasible"
-    assert "'out'" in solution.message and "'keyframes'" in solution.message and solution.message.endswith("nearby")
+    assert (
+        "'out'" in solution.message
+        and "'keyframes'" in solution.message
+        and solution.message.endswith("near this motion")
+    )
 
 
 def test_a_neighbour_is_solved_from_a_solution_with_its_multipliers():

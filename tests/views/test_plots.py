@@ -307,8 +307,8 @@ def test_a_surface_is_seen_by_its_parameter_lines(spatial_net):
     axes = spatial_net.plot(point=point)
     along_u = np.array([path.vertices for path in axes.collections[0].get_paths()])
     u = np.linspace(*spatial_net.domain[0], num=along_u.shape[1])
-    edge = spatial_net.boundary("v0").trajectory(point, u)
-    far = spatial_net.boundary("v1").trajectory(point, u)
+    edge = spatial_net.boundary("v0").trajectory(point, u)[:, 0]
+    far = spatial_net.boundary("v1").trajectory(point, u)[:, 0]
     places, drawn = np.concatenate([edge, far]), np.concatenate([along_u[0], along_u[-1]])
     view, *_ = np.linalg.lstsq(places, drawn, rcond=None)
     np.testing.assert_allclose(places @ view, drawn, atol=1e-9)

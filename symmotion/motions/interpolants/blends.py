@@ -24,6 +24,7 @@ from symmotion.motions.rigid import polar_factors
 from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
+from symmotion.splines.instants import inside
 from symmotion.values import value
 
 if TYPE_CHECKING:
@@ -79,9 +80,10 @@ class Interpolant:
         if nu < 0 or (self.highest is not None and nu > self.highest):
             raise InputError(f"derivative order {nu} of {self.name}: 0 to {self.highest or 'any'} can be had")
         a, b = self.domain
-        outside = ~((t >= a) & (t <= b))
+        outside = ~inside(t, (a, b))
         if outside.any():
             raise InputError(f"time {t[outside].flat[0]:g} is outside the domain [{a:g}, {b:g}] of {self.name}")
+        t = np.clip(t, a, b)
         moved = factorial(nu) * self.series(t.ravel(), nu)[nu].reshape(*t.shape, d + 1, d + 1)
         return Affine(moved[..., :d, :d], moved[..., :d, d])
 

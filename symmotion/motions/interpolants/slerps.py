@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only, whole
+from symmotion.checks import floats, numbers, read_only, whole
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
+from symmotion.motions.motion import as_points
 from symmotion.motions.position import homogeneous
 from symmotion.motions.quaternions.algebra import Signs, aligned, as_quaternions, conjugate, exp, log, product, rotate
 from symmotion.motions.quaternions.curve import Frame, QuaternionJet, checked_frame, turning
@@ -17,6 +18,7 @@ from symmotion.motions.quaternions.keys import OrientationKeys
 from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import check_times
+from symmotion.splines.instants import inside
 from symmotion.values import value
 
 if TYPE_CHECKING:
@@ -28,7 +30,7 @@ NODES = 40
 
 def slerp(a: ArrayLike, b: ArrayLike, u: ArrayLike) -> np.ndarray:
     """a exp(u log(a⁻¹ b)), the geodesic from a to b (…, 4), scalar first, at u (…) in [0, 1] and beyond (KKS (3))."""
-    return product(a, exp(np.asarray(u, dtype=float)[..., None] * log(product(conjugate(a), b))))
+    return product(a, exp(floats(u, "u")[..., None] * log(product(conjugate(a), b))))
 
 
 @value
@@ -66,8 +68,9 @@ class SegmentCurve:
     def _place(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         t = numbers(t, "times")
         a, b = self.domain
-        if not ((t >= a) & (t <= b)).all():
+        if not inside(t, (a, b)).all():
             raise InputError(f"times must lie in the domain [{a:g}, {b:g}]")
+        t = np.clip(t, a, b)
         i = np.clip(np.searchsorted(self.times, t.ravel(), side="right") - 1, 0, len(self.times) - 2)
         step = np.diff(self.times)[i]
         return i, (t.ravel() - self.times[i]) / step, step
@@ -114,8 +117,8 @@ class SegmentCurve:
         return homogeneous(turning(self, t, nu), float(nu == 0))
 
     def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative (0 to 2) of the paths of body points (P, 3) at times t: shape t.shape + (P, 3)."""
-        return turning(self, t, nu)(np.atleast_2d(points))
+        """The nu-th derivative (0 to 2) of the paths of body points (P, 3), P = 1 for one: t.shape + (P, 3)."""
+        return turning(self, t, nu)(as_points(points))
 
     save = save
     plot = plot_rates

@@ -5,7 +5,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import choice, numbers
+from symmotion.checks import choice, floats, numbers
 from symmotion.errors import InputError
 from symmotion.motions.rotations import UNIT_TOLERANCE as UNIT_TOLERANCE
 from symmotion.motions.rotations import as_quaternions as as_quaternions
@@ -20,7 +20,7 @@ Signs = Literal["align", "keep", "check"]
 
 def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
     """p q, shapes (…, 4) that broadcast."""
-    p, q = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
+    p, q = floats(p, "quaternions"), floats(q, "quaternions")
     pw, px, py, pz = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
     qw, qx, qy, qz = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
     return np.stack(
@@ -36,12 +36,12 @@ def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
 
 def conjugate(q: ArrayLike) -> np.ndarray:
     """(w, −x, −y, −z), of a unit quaternion the inverse."""
-    return np.asarray(q, dtype=float) * [1.0, -1.0, -1.0, -1.0]
+    return floats(q, "quaternions") * [1.0, -1.0, -1.0, -1.0]
 
 
 def exp(v: ArrayLike) -> np.ndarray:
     """exp(v) = (cos |v|, sin |v| v/|v|) of vectors (…, 3): the turn by 2|v| about v (KKS 2.2)."""
-    v = np.asarray(v, dtype=float)
+    v = floats(v, "vectors")
     angle = np.linalg.norm(v, axis=-1, keepdims=True)
     # sinc is smooth through zero.
     return np.concatenate([np.cos(angle), np.sinc(angle / np.pi) * v], axis=-1)
@@ -49,7 +49,7 @@ def exp(v: ArrayLike) -> np.ndarray:
 
 def log(q: ArrayLike) -> np.ndarray:
     """The v (…, 3) of least length with exp(v) = q for unit quaternions (…, 4); |v| ≤ π, at q = −1 along x."""
-    q = np.asarray(q, dtype=float)
+    q = floats(q, "quaternions")
     w, v = q[..., :1], q[..., 1:]
     sine = np.linalg.norm(v, axis=-1, keepdims=True)
     angle = np.arctan2(sine, w)
@@ -65,7 +65,7 @@ def short_log(q: np.ndarray) -> np.ndarray:
 
 def rotate(q: ArrayLike, v: ArrayLike) -> np.ndarray:
     """q v q⁻¹ for unit quaternions (…, 4) and vectors (…, 3)."""
-    q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
+    q, v = floats(q, "quaternions"), floats(v, "vectors")
     twice = 2.0 * np.cross(q[..., 1:], v)
     return v + q[..., :1] * twice + np.cross(q[..., 1:], twice)
 
@@ -129,7 +129,7 @@ def increments_between(q: np.ndarray, turns: ArrayLike | None = None, what: str 
 
 def skew(v: ArrayLike) -> np.ndarray:
     """(…, 3, 3) the matrix of v ×."""
-    v = np.asarray(v, dtype=float)
+    v = floats(v, "vectors")
     zero = np.zeros_like(v[..., 0])
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
     return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*v.shape[:-1], 3, 3)
@@ -140,7 +140,7 @@ def right_jacobian(v: ArrayLike) -> np.ndarray:
 
     J = I − (1 − cos θ)/θ² [2v]× + (θ − sin θ)/θ³ [2v]×², θ = 2|v|.
     """
-    v = 2 * np.asarray(v, dtype=float)
+    v = 2 * floats(v, "vectors")
     angle = np.linalg.norm(v, axis=-1)[..., None, None]
     small = angle < 1e-2
     safe = np.where(small, 1.0, angle)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from symmotion.checks import choice, numbers, read_only
 from symmotion.curves.bezier import check_domain
 from symmotion.errors import InputError
+from symmotion.motions.motion import as_points
 from symmotion.motions.position import Affine, homogeneous
 from symmotion.motions.quaternions.algebra import (
     Signs,
@@ -251,8 +252,8 @@ class QuaternionMotion:
         return homogeneous(turning(self, t, nu), float(nu == 0))
 
     def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative (0 to 3) of the paths of body points (P, 3) at times t: shape t.shape + (P, 3)."""
-        return turning(self, t, nu)(np.atleast_2d(points))
+        """The nu-th derivative (0 to 3) of the paths of body points (P, 3), P = 1 for one: t.shape + (P, 3)."""
+        return turning(self, t, nu)(as_points(points))
 
     def rotation(self, t: ArrayLike) -> "Rotation":
         """The orientations at times t (N,) as a SciPy `Rotation`."""

@@ -1,0 +1,156 @@
+"""Integrands of energies as functions of time, for motions that are there, and their integrals to ten digits."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from symmotion.design.terms import MOST_NODES, density_of, kernel_of
+from symmotion.energies import Energy
+from symmotion.jets.affine import HIGHEST_ORDER, affine_jet
+from symmotion.jets.linear import LinearSpace, affine_space, curve_space
+from symmotion.jets.rigid import rigid_jet
+from symmotion.kernels.mapped import Mapped
+from symmotion.motions import AffineMotion, PoseMotion
+from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.program import QUADRATURE, BlockEvaluator
+from symmotion.splines import Integral, Spline, integrate
+
+KNOWN = (AffineMotion, QuaternionMotion, PoseMotion, Spline)
+Density = Callable[[np.ndarray], np.ndarray]
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Integrand:
+    """The integrand of an energy along a motion. density: φ at times (N,); marks: between which it is smooth.
+
+    degree: of the motion, 0 of one that is no spline.
+    """
+
+    energy: Energy
+    density: Density
+    marks: np.ndarray
+    degree: int = 0
+
+    def integral(self) -> Integral:
+        """∫ φ dt to ten digits, where it has them, span by span."""
+        return integrate(self.density, self.marks[:-1], self.marks[1:], QUADRATURE)
+
+    def by_nodes(self, nodes: int) -> float:
+        """∫ φ dt by Gauss nodes on every span."""
+        points, weights = np.polynomial.legendre.leggauss(nodes)
+        half = 0.5 * np.diff(self.marks)[:, None]
+        times = self.marks[:-1, None] + half * (1 + points)
+        with np.errstate(all="ignore"):
+            return float(np.sum(half * weights * self.density(times.ravel()).reshape(times.shape)))
+
+    def nodes(self, first: int, integral: Integral | None = None) -> int:
+        """Gauss nodes per span that ten digits need: `first` of them, or more by steps."""
+        integral, nodes = integral or self.integral(), first
+        wanted = max(QUADRATURE * integral.size, integral.rounding)
+        # Where there is no integral nothing is gained by more of them.
+        while nodes < MOST_NODES and np.isfinite(integral.size) and abs(self.by_nodes(nodes) - integral.value) > wanted:
+            nodes = min(MOST_NODES, nodes + self.degree + 1)
+        return nodes
+
+
+# Any: a motion or curve of the user's own, called with (t, order) where it is none of those known.
+def integrand(motion: Any, energy: Energy, marks: np.ndarray | None = None) -> Integrand:
+    """The integrand of an energy, or of a sum of energies, along a motion; marks: of a motion that is not known."""
+    if isinstance(motion, QuaternionMotion | PoseMotion):
+        curve = motion.orientation if isinstance(motion, PoseMotion) else motion
+        return Integrand(energy, _rigid(motion, energy), curve.basis.breakpoints, curve.degree)
+    if isinstance(motion, AffineMotion | Spline):
+        space, controls = space_of(motion)
+        return Integrand(energy, linear_density(energy, space, controls), space.breakpoints, space.basis.degree)
+    assert marks is not None
+    return Integrand(energy, _sampled(motion, energy), marks)
+
+
+def space_of(motion: AffineMotion | Spline) -> tuple[LinearSpace, np.ndarray]:
+    """The space of a spline, and its controls (n, width) there."""
+    if isinstance(motion, AffineMotion):
+        d = motion.dimension
+        return affine_space(motion.basis, d, d * d + d), motion.spline.control_points
+    shape = motion.control_points.shape[1:]
+    return curve_space(motion.basis, shape), motion.control_points.reshape(motion.basis.n, -1)
+
+
+def exact_integral(energy: Energy, space: LinearSpace, controls: np.ndarray) -> tuple[np.ndarray, float]:
+    """(S,) the integral over each span of an energy whose nodes are exact, and what rounding makes of the sum."""
+    nodes = energy.nodes(space.basis.degree)
+    block = kernel_of(energy, 1.0, space).integral(energy.name, space, nodes, 1.0)
+    shares = BlockEvaluator(block).density(block.rows(controls)) * block.weights.reshape(-1, nodes)
+    return shares.sum(axis=1), 32 * EPS * float(np.abs(shares).sum())
+
+
+def linear_density(energy: Energy, space: LinearSpace, controls: np.ndarray) -> Density:
+    """The integrand along a spline of controls (n, width)."""
+    kernels = [(weight, kernel_of(part, 1.0, space)) for weight, part in energy.parts]
+
+    def density(times: np.ndarray) -> np.ndarray:
+        total = np.zeros(len(times))
+        for weight, kernel in kernels:
+            rows = (kernel.rows(space, times) @ controls[:, : kernel.channels]).reshape(len(times), -1)
+            ones = None if kernel.kernel.squares else np.ones((len(times), kernel.kernel.out.numel()))
+            total += weight * _at(kernel.kernel.function("value"), rows, times[:, None], ones)
+        return total
+
+    return density
+
+
+def _rigid(motion: QuaternionMotion | PoseMotion, energy: Energy) -> Density:
+    pose = isinstance(motion, PoseMotion)
+    curve = motion.orientation if isinstance(motion, PoseMotion) else motion
+    symbols = ca.SX.sym("jet", 23 if pose else 11)
+    function = ca.Function("integrand", [symbols], [ca.densify(density_of(energy, rigid_jet(symbols, pose)))])
+
+    def density(times: np.ndarray) -> np.ndarray:
+        jet = curve.jet(times, 2)
+        columns = [jet.quaternion, jet.rate, jet.acceleration]
+        if isinstance(motion, PoseMotion):
+            columns += [motion.translation(times, order) for order in range(HIGHEST_ORDER + 1)]
+        return _at(function, np.column_stack([*columns, times]))
+
+    return density
+
+
+# Any: as for `integrand`.
+def _sampled(motion: Any, energy: Energy) -> Density:
+    d = motion.dimension
+    size = d * d + d
+    symbols = ca.SX.sym("jet", (HIGHEST_ORDER + 1) * size + 1)
+    value = ca.densify(density_of(energy, affine_jet(symbols, d)))
+    function = ca.Function("integrand", [symbols], [value])
+    # Only the derivatives that the energy reads are asked for: not every motion has them all.
+    read = []
+    for order in range(HIGHEST_ORDER + 1):
+        first = (HIGHEST_ORDER + 1) * d * d + order * d
+        places = [*range(order * d * d, (order + 1) * d * d), *range(first, first + d)]
+        read.append(bool(ca.depends_on(value, symbols[places])))
+
+    def density(times: np.ndarray) -> np.ndarray:
+        linear, translation = [], []
+        for order in range(HIGHEST_ORDER + 1):
+            if read[order]:
+                there = motion(times, order)
+                linear.append(np.swapaxes(there.linear, 1, 2).reshape(len(times), -1))
+                translation.append(there.translation)
+            else:
+                linear.append(np.zeros((len(times), d * d)))
+                translation.append(np.zeros((len(times), d)))
+        return _at(function, np.column_stack([*linear, *translation, times]))
+
+    return density
+
+
+def _at(function: ca.Function, *inputs: np.ndarray | None) -> np.ndarray:
+    """(N,) a scalar function at N nodes. Of sizes that repeat: CasADi makes a function for each."""
+    count = next(len(a) for a in inputs if a is not None)
+    size = 1 << max(0, count - 1).bit_length()
+    # What is added repeats the last node, where the function has a value as well as it has one there.
+    padded = [None if a is None else np.concatenate([a, np.repeat(a[-1:], size - count, axis=0)]) for a in inputs]
+    return Mapped(function, size)(*padded)[:count, 0]

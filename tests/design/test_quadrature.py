@@ -1,0 +1,84 @@
+"""Quadrature: right values are closed forms, errors are told, and what has no integral is refused by name."""
+
+import pickle
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import symmotion as sm
+from symmotion.splines import BSplineBasis
+
+KEYS = sm.examples.random_keyframes(3, 50, 3)
+
+
+def squeezed(least):
+    """A plane that is squeezed to `least` of its width and back: det A = least + (1 − least) (2t − 1)²."""
+    linear = np.tile(np.eye(2), (3, 1, 1))
+    linear[1, 0, 0] = 2 * least - 1
+    return sm.AffineMotion(BSplineBasis.clamped([0.0, 1.0], 2), linear)
+
+
+@pytest.mark.parametrize("least", [0.1, 0.03, 0.01, 1e-4])
+def test_strain_of_a_motion_that_is_nearly_singular_has_ten_digits(least):
+    rest = 1 - least
+    right = 32 * rest * (np.arctan(np.sqrt(rest / least)) / np.sqrt(least * rest) - 1)
+    value = sm.measure(squeezed(least), sm.StrainRate())
+    assert value == pytest.approx(right, rel=1e-10)
+    assert abs(value - right) <= value.error + 1e-12 * right < 1e-9 * right
+    assert pickle.loads(pickle.dumps(value)).error == value.error
+
+
+@pytest.mark.parametrize("least", [0.0, -0.1])
+def test_strain_of_a_singular_motion_is_refused_with_its_times(least):
+    with pytest.raises(sm.InputError, match=r"S has no value between times 0 and 1: at time 0.*A is singular"):
+        sm.measure(squeezed(least), sm.StrainRate())
+
+
+def test_the_digits_of_what_is_too_rough_are_told():
+    line = sm.curves.bezier([[0.0], [1.0]])
+    rough = sm.JetEnergy(lambda jet: 1 + 1e-3 * ca.sin(1e7 * jet.x[0]))
+    with pytest.raises(sm.SolveError, match=r"custom is .* digits only"):
+        sm.measure(line, rough)
+
+
+def test_a_certificate_refuses_a_term_of_which_no_digit_is_known():
+    keys = sm.Keyframes([0.0, 1.0], np.tile(np.eye(2), (2, 1, 1)), np.zeros((2, 2)))
+    program = sm.affine_program(keys, objective=sm.StrainRate(), degree=2, refine=0)
+    x = program.x0.reshape(3, -1).copy()
+    x[1, 0] = -1.2  # det A vanishes on the way
+    certificate = sm.certify(program, x.ravel(), np.zeros(program.conditions))
+    assert not certificate.holds(1e10)
+    assert "between keyframes 0 and 1" in certificate.wanting(1e10)
+    assert "where A is singular" in certificate.wanting(1e10)
+
+
+def test_nodes_mean_the_same_for_quaternion_curves():
+    def nodes(energy):
+        program = sm.orientation_program(KEYS, objective=energy)
+        return program.terms[0].count // (len(program.design.space.breakpoints) - 1)
+
+    written = sm.Torque().residuals
+    assert nodes(sm.JetEnergy(written, squares=True, gauss_nodes=3)) == 3
+    assert nodes(sm.JetEnergy(written, squares=True)) > 6  # as many as ten digits need
+
+
+def test_a_solution_tells_its_quadrature_error_and_more_nodes_mend_it():
+    energy = sm.JetEnergy(lambda jet: jet.acceleration, squares=True, gauss_nodes=3, label="coarse")
+    coarse = sm.ExactNewton().solve(sm.orientation_program(KEYS, objective=energy)).require()
+    off = abs(coarse.objective - sm.measure(coarse.motion, energy))
+    assert coarse.quadrature_error == pytest.approx(off, rel=1e-3)
+    assert off > 1e-10 * coarse.objective
+    assert "(quadrature)" in repr(coarse)
+    fine = sm.ExactNewton().solve(sm.orientation_program(KEYS, objective=replace(energy, gauss_nodes=None)))
+    refined = fine.program.refined(fine.x)
+    again = sm.ExactNewton().solve(refined, start=fine).require()
+    assert again.quadrature_error < 1e-9 * again.objective
+    assert again.objective == pytest.approx(sm.measure(again.motion, energy), rel=1e-9)
+
+
+def test_what_is_exact_has_no_quadrature_error():
+    solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
+    assert solution.quadrature_error == 0
+    assert "quadrature" not in repr(solution)
