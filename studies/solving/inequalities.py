@@ -1,4 +1,4 @@
-"""Bounds: how sure and how fast are the two solvers where speeds, places and torques are limited, and what does it cost?"""
+"""Bounds on speeds, places and torques: how sure and how fast are the two solvers, and what does a bound cost?"""
 
 from dataclasses import dataclass
 from time import process_time

@@ -83,7 +83,8 @@ class Run:
     """One solver on one case: a row of the report, also where it failed.
 
     stationarity, violation, decrement, complementarity, inertia: the certificate's; excess: of bounds between their
-        samples, None since that is not looked at; evaluations: of functions and derivatives, all together; unknowns, multipliers: how many;
+        samples, None since that is not looked at; evaluations: of functions
+        and derivatives, all together; unknowns, multipliers: how many;
     log: the iterations, for plots; message: what the solver said where it did not solve.
     """
 

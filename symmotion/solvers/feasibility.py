@@ -14,7 +14,7 @@ STEPS, STATIONARY = 200, 1e-7
 # Violations, in own units, that count as none, and shares of the largest that count as conflicts.
 NONE, SHARE = 1e-9, 1e-3
 # What is added to the matrix, relative to the bounds' normals, so that what they do not see stays where it is: at
-# least, at first, and at most; three times as much after a step that had to be shortened, a third after one that had not.
+# least, at first and at most; ten times as much after a step that had to be shortened, else a third.
 LEAST_DAMPING, DAMPING, MOST_DAMPING = 1e-10, 1e-4, 1e4
 
 

@@ -91,7 +91,7 @@ class Frame:
     def step(
         self, system: AnySystem, factor: AnyFactor, residual: np.ndarray, violation: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """The step d of a residual r (unknowns,), and the multipliers y⁺ that it goes with, where they are solved for."""
+        """The step d of a residual r (unknowns,), and the multipliers y⁺ beside it where they are solved for."""
         if not self.curved:
             return self.journal.timed(system.step, factor, residual), None
         solution = self.journal.timed(system.solve, factor, np.concatenate([-residual, -violation]))

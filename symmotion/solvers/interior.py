@@ -325,7 +325,7 @@ class Interior:
         return value if np.isfinite(value) else inf
 
     def _tidied(self, slacks: Slacks) -> Slacks:
-        """Slacks as far inside as the values where there is one side only; multipliers not too far from the barrier's."""
+        """Slacks as far inside as one-sided values, and multipliers not too far from the barrier's."""
         s = np.where(np.isfinite(slacks.lower), slacks.s, np.minimum(slacks.s, self._values))
         s = np.where(np.isfinite(slacks.upper), s, np.maximum(s, self._values))
         slacks = replace(slacks, s=s)

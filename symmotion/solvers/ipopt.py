@@ -76,7 +76,7 @@ class Ipopt:
         object.__setattr__(self, "options", checked_options(self.options))
 
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
-        """Solve any program; start: None, a Solution, whose multipliers are taken too, a motion, or (unknowns,) numbers."""
+        """Solve any program; start: None, a Solution with its multipliers, a motion, or (unknowns,) numbers."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback)
         x0 = start_vector(program, start)
         known = start_multipliers(program, start)
