@@ -26,7 +26,7 @@ from symmotion import (
     sweeps,
 )
 from symmotion.batches import solve_many
-from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, Velocity
+from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, Velocity, excess
 from symmotion.design import (
     affine_program,
     curve_program,
@@ -185,6 +185,7 @@ __all__ = [
     "curves",
     "energies",
     "examples",
+    "excess",
     "fair",
     "fairing",
     "files",

@@ -2,6 +2,7 @@
 
 from symmotion.program.block import WHOLE, Block, BlockEvaluator
 from symmotion.program.evaluate import Evaluator, Pattern
+from symmotion.program.everywhere import Everywhere, Excess, excess_at
 from symmotion.program.program import (
     Constraint,
     Design,
@@ -22,6 +23,8 @@ __all__ = [
     "Design",
     "DesignT",
     "Evaluator",
+    "Everywhere",
+    "Excess",
     "MotionT",
     "Multipliers",
     "ParameterPlace",
@@ -29,4 +32,5 @@ __all__ = [
     "Program",
     "Rekeyed",
     "Staged",
+    "excess_at",
 ]

@@ -13,6 +13,7 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
+from symmotion.solvers.exchange import exchange
 from symmotion.solvers.journal import Callback, Journal
 from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles
@@ -66,8 +67,16 @@ class Ipopt:
         object.__setattr__(self, "options", checked_options(self.options))
 
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
-        """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
-        journal = Journal(self.max_iterations, self.time_limit, self.callback)
+        """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers.
+
+        Bounds that are meant for all times hold at all: see `exchange`.
+        """
+        whole = Journal(self.max_iterations, self.time_limit)
+        return exchange(program, lambda p, s: self._at_times(p, s, whole.left), start)
+
+    def _at_times(self, program: Program[DesignT], start: object, limit: float) -> Solution[DesignT]:
+        """The solution of a program with its bounds held at the times that it has, within seconds."""
+        journal = Journal(self.max_iterations, None if limit == inf else limit, self.callback)
         x0 = start_vector(program, start)
         evaluator, kept = Evaluator(program, self.kernels, self.threads), Kept()
         settings = {**ipopt_settings(self, evaluator, x0, journal), **self.options}

@@ -11,7 +11,7 @@ import numpy as np
 from symmotion import checks
 from symmotion.errors import InputError, SolveError
 from symmotion.pictures import as_html, plot_solution
-from symmotion.program import Design, DesignT, Evaluator, MotionT, Multipliers, Program
+from symmotion.program import Design, DesignT, Evaluator, Excess, MotionT, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.systems import Certificate
 
@@ -68,6 +68,57 @@ class Seconds:
         return (self.build or 0.0) + (self.compile or 0.0) + (self.solve or 0.0)
 
 
+@dataclass(frozen=True)
+class Round:
+    """One solve of an exchange, see `solvers.exchange`.
+
+    times: by constraint, at how many times it was held; excess: by constraint, certified or sampled, of what came out.
+    """
+
+    times: Mapping[str, int]
+    excess: Mapping[str, Excess]
+    objective: float
+    iterations: int
+
+    @property
+    def worst(self) -> float:
+        """The largest excess."""
+        return max(e.value for e in self.excess.values())
+
+
+@dataclass(frozen=True)
+class Course:
+    """How bounds came to hold everywhere: tolerance, of their excess; rounds, all solves, the solution's the last."""
+
+    tolerance: float
+    rounds: tuple[Round, ...]
+
+    @property
+    def before(self) -> Mapping[str, Excess]:
+        """By constraint, the excess after the first solve."""
+        return self.rounds[0].excess
+
+    @property
+    def after(self) -> Mapping[str, Excess]:
+        """By constraint, the excess of the solution."""
+        return self.rounds[-1].excess
+
+    @property
+    def holds(self) -> bool:
+        """Whether nothing is exceeded by more than the tolerance."""
+        return self.rounds[-1].worst <= self.tolerance
+
+    def __str__(self) -> str:
+        lines = [f"exchange: {len(self.rounds)} rounds, to an excess of {self.tolerance:.0e}"]
+        for k, r in enumerate(self.rounds):
+            held = ", ".join(
+                f"{name} at {n} times, {r.excess[name].kind} excess {r.excess[name].value:.2g}"
+                for name, n in r.times.items()
+            )
+            lines.append(f"  {k}: objective {r.objective:.9g}, {r.iterations} iterations; {held}")
+        return "\n".join(lines)
+
+
 @dataclass(frozen=True, eq=False)
 class Solution(Generic[DesignT]):
     """A solver's answer to a program.
@@ -75,6 +126,7 @@ class Solution(Generic[DesignT]):
     x (unknowns,), multiplier_vector (conditions,): where it ended; solver: the solver's repr,
     its provenance; method: its short name; tolerance: the solver's; log: its iterations;
     message: what it said where it did not solve.
+    exchange: how bounds that are meant for all times came to hold; None of programs without.
     """
 
     program: Program[DesignT]
@@ -88,6 +140,7 @@ class Solution(Generic[DesignT]):
     log: tuple[Iteration, ...]
     seconds: Seconds
     message: str = ""
+    exchange: Course | None = None
 
     __getstate__ = made_of
 
