@@ -86,15 +86,21 @@ class Along:
     def peaks(self, motion: object, parameters: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         motions = self._motions(motion)
         times, heights = self._watched(motions, parameters).peaks()
-        return self.told(motion, times), heights
+        return self._retold(motions, np.repeat(times[:, None], len(motions), axis=1), back=False), heights
 
-    def told(self, motion: object, times: np.ndarray) -> np.ndarray:
-        """(N, s) times of a motion (N,) as the program tells them: by the knots of its start, where knots move."""
+    def excesses(self, motion: object, parameters: Mapping[str, np.ndarray], times: np.ndarray) -> np.ndarray:
+        motions = self._motions(motion)
+        return self._watched(motions, parameters).excesses(self._retold(motions, times, back=True))
+
+    def _retold(self, motions: Sequence[Seen], times: np.ndarray, back: bool) -> np.ndarray:
+        """(N, s) times of a motion as the program tells them, or back: by the knots of its start, where they move."""
         columns = []
-        for space, there in zip(self._where.spaces, self._motions(motion), strict=True):
+        for space, there, column in zip(self._where.spaces, motions, times.T, strict=True):
             here, marks = space.breakpoints, there.breakpoints
+            if back:
+                here, marks = marks, here
             moved = len(here) == len(marks) and not np.array_equal(here, marks)
-            columns.append(np.interp(times, marks, here) if moved else np.clip(times, *space.domain))
+            columns.append(np.interp(column, marks, here) if moved else np.clip(column, *space.domain))
         return np.stack(columns, axis=1)
 
     def at(self, times: np.ndarray, constraint: Constraint) -> Constraint:

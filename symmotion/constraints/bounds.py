@@ -50,7 +50,11 @@ class NoInversion(MotionConstraint):
                 raise InputError(f"{self.name}: keyframe {i} has determinant {volumes[i]:.3g}, below {self.least:g}")
         times = setting.between_keyframes(self.density, self.name)
         return JetConstraint(
-            lambda jet: ca.det(jet.A), lower=float(self.least), upper=np.inf, first=times if times.size else None, name=self.name
+            lambda jet: ca.det(jet.A),
+            lower=float(self.least),
+            upper=np.inf,
+            first=times if times.size else None,
+            name=self.name,
         )
 
 
@@ -76,7 +80,9 @@ class SpeedBound(MotionConstraint):
             return ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in points))
 
         times = np.union1d(setting.between_keyframes(self.density, self.name), setting.times)
-        return JetConstraint(squares, lower=-np.inf, upper=limit**2, first=times if times.size else None, name=self.name, power=2)
+        return JetConstraint(
+            squares, lower=-np.inf, upper=limit**2, first=times if times.size else None, name=self.name, power=2
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,5 +147,10 @@ def _norm_bound(
     limit = float(bound.limit)
     times = setting.inside_spans(bound.density, bound.name)
     return JetConstraint(
-        lambda jet: ca.sumsqr(vector(jet)) / limit**2, lower=-np.inf, upper=1.0, first=times if times.size else None, name=bound.name, power=2
+        lambda jet: ca.sumsqr(vector(jet)) / limit**2,
+        lower=-np.inf,
+        upper=1.0,
+        first=times if times.size else None,
+        name=bound.name,
+        power=2,
     )

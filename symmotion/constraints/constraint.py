@@ -15,8 +15,8 @@ from symmotion import checks
 from symmotion.constraints.along import Along
 from symmotion.errors import InputError
 from symmotion.jets import AnyJet, RigidJet, Written
-from symmotion.jets.jet import as_expression, of_jets, require_closed, said
 from symmotion.jets.enclosed import values as values_of
+from symmotion.jets.jet import as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import LinearSpace
 from symmotion.jets.nets import NetSpace
 from symmotion.jets.seen import Seen
@@ -312,7 +312,7 @@ class JetConstraint(MotionConstraint):
             _inside(column, motion.domain, self.name)
         columns = [motion.numbers(column, needed) for motion, column in zip(every, times.T, strict=True)]
         found = values_of(entries, ca.vec(out))(np.concatenate([*columns, table], axis=1))
-        shape, lead = _shown_shape(out), np.shape(self.at)[:1]
+        shape, lead = _shown_shape(out), times.shape[:1] if self.at is None else np.asarray(self.at).shape[:1]
         low, high = (self._bound(b, len(times), shape, lead) for b in (self.lower, self.upper))
         return excess_at(found, low, high, times, self.power)
 

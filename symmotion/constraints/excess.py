@@ -26,10 +26,10 @@ def excess(motion: Any, constraint: MotionConstraint, *, keys: Keyframes | None 
         or a mapping of several by name, for a constraint that couples them.
     keys: the keyframes of constraints that speak of them (`Tolerance`, `Velocity`, …).
 
-    Returns an `Excess`: `value`, `time`, `kind`. "certified" is a bound: expressions of sums, products, quotients, whole
-    powers and roots of the jet are polynomials on every span of a spline (or their quotients and roots), and lie in
-    the hull of their Bernstein coefficients, which subdivision closes to 1e-9; quaternion curves are polynomials up to a
-    remainder that is bounded too (`jets.turned`). "sampled" is the largest of many samples, where the motion is
+    Returns an `Excess`: `value`, `time`, `kind`. "certified" is a bound: expressions of sums, products, quotients,
+    whole powers and roots of the jet are polynomials on every span of a spline (or their quotients and roots), and lie
+    in the hull of their Bernstein coefficients, which subdivision closes to 1e-9; quaternion curves are polynomials up
+    to a remainder that is bounded too (`jets.turned`). "sampled" is the largest of many samples, where the motion is
     no spline or the expression something else. Source: Farouki 2012.
 
         import symmotion as sm
@@ -45,11 +45,13 @@ def excess(motion: Any, constraint: MotionConstraint, *, keys: Keyframes | None 
     setting = _setting(motions if space is None else [space], keys)
     if type(constraint).build not in (MotionConstraint.build, JetConstraint.build):
         if space is None:
-            raise InputError(f"{constraint.name}: a condition on the controls of a spline, not on a {type(motion).__name__}")
+            raise InputError(
+                f"{constraint.name}: a condition on the controls of a spline, not on a {type(motion).__name__}"
+            )
         return _at_nodes(constraint.build(setting), _controls(motion))
     stated = constraint.stated(setting)
     if stated.at is None and stated.data is None:
-        return watched(stated, motions, dict(stated.parameters or {})).excess()
+        return watched(stated, motions, {k: np.asarray(v) for k, v in (stated.parameters or {}).items()}).excess()
     return stated.excess_at(motions)
 
 

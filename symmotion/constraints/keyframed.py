@@ -254,7 +254,9 @@ class Tolerance(MotionConstraint):
         data = np.concatenate([setting.linear.reshape(-1, d * d), setting.translation], axis=1)[which]
         lower = np.full_like(upper, -np.inf) if self.norm else -upper
         power = 2 if self.norm else 1
-        return JetConstraint(off, lower=lower, upper=upper, at=setting.times[which], name=self.name, data=data, power=power)
+        return JetConstraint(
+            off, lower=lower, upper=upper, at=setting.times[which], name=self.name, data=data, power=power
+        )
 
     def _of_turns(self, setting: Setting) -> JetConstraint:
         # Relative to the tolerance: the condition is of the order of one.

@@ -207,7 +207,7 @@ def _local(excess: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class _Highest:
-    """Of one side on all pieces: a bound of its excess, the largest value found and when that was; first: (S,) bounds."""
+    """Of one side on all pieces: a bound of its excess, the largest value found and when; first: (S,) bounds."""
 
     bound: float
     attained: float
@@ -248,7 +248,7 @@ def _highest(form: Form, side: Side, left: np.ndarray, right: np.ndarray) -> _Hi
 
 @dataclass(frozen=True, eq=False)
 class _Pieces:
-    """Coefficients (n + 1, S) of numerator and denominator on pieces from left to right, sizes and errors (S,) of each."""
+    """Pieces from left to right; of numerator and denominator coefficients (n + 1, S), sizes and errors (S,)."""
 
     left: np.ndarray
     right: np.ndarray

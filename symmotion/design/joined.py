@@ -76,7 +76,9 @@ class JoinedDesign:
         places = Places(plain.unknowns, {name: plain.place(name) for name in start})
         settings = self._settings
         spaces = tuple(_placed(s.space, body) for s, body in zip(settings, self.programs, strict=True))
-        common = Setting(spaces, np.empty(0), moves=all(s.moves for s in settings), places=places, bodies=tuple(self.programs))
+        common = Setting(
+            spaces, np.empty(0), moves=all(s.moves for s in settings), places=places, bodies=tuple(self.programs)
+        )
         lengths = {_of(body, k): v for body, p in self.programs.items() for k, v in p.lengths.items()}
         return assembled(start, terms, given, self.constraints, common, self, lengths)
 

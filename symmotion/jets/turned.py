@@ -1,9 +1,9 @@
 """Quaternion curves on pieces: polynomials through a few of their values, with a bound of what these leave out.
 
-On a span q(t) = q_0 Π exp(ω_l B̃_l(t)) is an entire function of t. Where t = x + iy runs along an ellipse about a piece,
-with the ends of the piece as foci and the sum ρ of the half axes (in half pieces), a factor turns vectors by a matrix of
-norm at most exp(2 |ω_l| |Im B̃_l|), and norms add: |Ω| is at most the sum of the 2 |ω_l| |B̃′_l| with the norms of the
-factors behind, |Ω̇| accordingly. A polynomial of degree m through Chebyshev points then is off by at most
+On a span q(t) = q_0 Π exp(ω_l B̃_l(t)) is an entire function of t. Where t = x + iy runs along an ellipse about a
+piece, with the ends of the piece as foci and the sum ρ of the half axes (in half pieces), a factor turns vectors by a
+matrix of norm at most exp(2 |ω_l| |Im B̃_l|), and norms add: |Ω| is at most the sum of the 2 |ω_l| |B̃′_l| with the norms
+of the factors behind, |Ω̇| accordingly. A polynomial of degree m through Chebyshev points then is off by at most
 4 M ρ⁻ᵐ/(ρ − 1) on the piece, M the bound on the ellipse, whatever ρ > 1: the best of several counts.
 
 Source: KKS (7); Trefethen 2013, theorems 8.1 and 8.2 (interpolation of analytic functions).
@@ -30,7 +30,7 @@ INFLATED = 1 + 1e-9
 def turned_pieces(
     curve: QuaternionMotion, left: np.ndarray, right: np.ndarray, needed: Sequence[int]
 ) -> dict[int, Poly]:
-    """The entries (q, Ω, Ω̇, numbered 0 … 9) of the curve's jet on pieces from left to right (S,), each inside a span."""
+    """The entries needed of q, Ω, Ω̇ (0 … 9) of the curve's jet on pieces from left to right (S,), each in a span."""
     order = 0 if max(needed) < 4 else 1 if max(needed) < 7 else 2
     shares = _nodes(DEGREE)
     times = _times(left, right, shares)
@@ -59,7 +59,7 @@ def _times(left: np.ndarray, right: np.ndarray, shares: np.ndarray) -> np.ndarra
 def _bounds(
     curve: QuaternionMotion, left: np.ndarray, right: np.ndarray
 ) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[np.ndarray]]:
-    """Of q, Ω and Ω̇: bounds (S,) of its norm and its slope by the share on each piece; and (S,) the interpolation's error."""
+    """Of q, Ω and Ω̇: bounds (S,) of the norm and of the slope by the share on each piece; and the remainders (S,)."""
     p, n = curve.degree, curve.basis.n
     times = _times(left, right, _nodes(p))
     span, weights = cumulative(curve.basis, times.ravel(), 2)

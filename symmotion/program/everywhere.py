@@ -19,9 +19,9 @@ class Excess:
     value: ≥ 0, relative to the limit, absolute where that is 0, of the quantity that is named (a speed, not its
         square); infinite where the quantity is.
     time: where it is worst, or nearest to its limit where it holds; NaN of conditions that have no time.
-    kind: "certified", value is a bound, rounding included, and is attained to 1e-9 of the limit (of a condition at given
-        times it is the value there, up to the rounding of the expression); or "sampled", the largest of many samples,
-        refined by a search in one dimension, which may miss what is narrow.
+    kind: "certified", value is a bound, rounding included, and is attained to 1e-9 of the limit (of a condition at
+        given times it is the value there, up to the rounding of the expression); or "sampled", the largest of many
+        samples, refined by a search in one dimension, which may miss what is narrow.
     """
 
     value: float
@@ -45,9 +45,7 @@ def _quantity(values: np.ndarray, power: int) -> np.ndarray:
     return values if power == 1 else np.maximum(values, 0.0) ** (1 / power)
 
 
-def excess_at(
-    values: np.ndarray, lower: np.ndarray, upper: np.ndarray, times: np.ndarray | None, power: int
-) -> Excess:
+def excess_at(values: np.ndarray, lower: np.ndarray, upper: np.ndarray, times: np.ndarray | None, power: int) -> Excess:
     """The excess of values (N, C) at times (N, s), with bounds (N, C)."""
     worst = np.full(values.shape, -np.inf)
     for bound, sign in ((lower, -1.0), (upper, 1.0)):
@@ -67,6 +65,10 @@ class Everywhere(Protocol):
 
     def peaks(self, motion: object, parameters: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """The times (K, s) of all local maxima of its excess, as the program tells times, and the excess there (K,)."""
+        ...
+
+    def excesses(self, motion: object, parameters: Mapping[str, np.ndarray], times: np.ndarray) -> np.ndarray:
+        """(N,) its excess at times (N, s), as the program tells them; below 0 inside."""
         ...
 
     def at(self, times: np.ndarray, constraint: "Constraint") -> "Constraint":

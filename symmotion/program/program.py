@@ -300,14 +300,14 @@ class Program(Generic[DesignT]):
             there = checks.numbers(where, f"{name}: times")
             there = there if there.ndim == 2 else np.repeat(np.atleast_1d(there)[:, None], c.times.shape[1], axis=1)
             if there.shape[1:] != c.times.shape[1:] or not len(there):
-                raise InputError(f"{name}: times of shape {there.shape}: {checks.shown(('N', c.times.shape[1]))}, is needed")
+                raise InputError(
+                    f"{name}: times of shape {there.shape}: {checks.shown(('N', c.times.shape[1]))}, is needed"
+                )
             if not np.array_equal(there, c.times):
                 changed[name] = c.everywhere.at(there, c)
         if not changed:
             return self
-        return replace(
-            self, constraints=tuple(changed.get(c.name, c) for c in self.constraints), structure=Structure()
-        )
+        return replace(self, constraints=tuple(changed.get(c.name, c) for c in self.constraints), structure=Structure())
 
     def with_keyframes(self, keyframes: object) -> "Program[DesignT]":
         """The same program for other keyframes at the same times; structure and compiled kernels are kept.

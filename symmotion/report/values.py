@@ -82,8 +82,8 @@ class Player:
 class Run:
     """One solver on one case: a row of the report, also where it failed.
 
-    stationarity, violation, decrement, complementarity, inertia: the certificate's; excess: of bounds between their
-        samples, None since that is not looked at; unknowns, multipliers: how many;
+    stationarity, violation, decrement, complementarity, inertia: the certificate's; excess: the worst of all
+        bounds, anywhere where they are meant so, None where there are none; unknowns, multipliers: how many;
     log: the iterations, for plots; message: what the solver said where it did not solve.
     """
 
@@ -119,7 +119,7 @@ class Run:
             solution.violation,
             solution.certificate.decrement,
             solution.certificate.complementarity,
-            None,
+            max((e.value for e in solution.certificate.excess.values()), default=None),
             solution.inertia,
             solution.iterations if solution.log else None,
             solution.program.unknowns,

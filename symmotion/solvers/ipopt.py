@@ -32,6 +32,16 @@ CASADI = {"print_time": False, "record_time": True, "show_eval_warnings": False}
 SYMBOLIC = Lock()
 # IPOPT's own test against that of the certificate, which does not depend on units: an iteration more.
 FINER = 1e-4
+# From a point with multipliers that are nearly those of the solution.
+WARM: dict[str, IpoptOption] = {
+    "warm_start_init_point": "yes",
+    "mu_init": 1e-6,
+    "warm_start_bound_push": 1e-8,
+    "warm_start_bound_frac": 1e-8,
+    "warm_start_slack_bound_push": 1e-8,
+    "warm_start_slack_bound_frac": 1e-8,
+    "warm_start_mult_bound_push": 1e-8,
+}
 ENDINGS = {
     "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
     "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
@@ -71,17 +81,23 @@ class Ipopt:
 
         Bounds that are meant for all times hold at all: see `exchange`.
         """
-        whole = Journal(self.max_iterations, self.time_limit)
-        return exchange(program, lambda p, s: self._at_times(p, s, whole.left), start)
+        whole = Journal(self.max_iterations)
+        return exchange(program, lambda p, s: self._at_times(p, s, whole.elapsed), start)
 
-    def _at_times(self, program: Program[DesignT], start: object, limit: float) -> Solution[DesignT]:
-        """The solution of a program with its bounds held at the times that it has, within seconds."""
-        journal = Journal(self.max_iterations, None if limit == inf else limit, self.callback)
+    def _at_times(self, program: Program[DesignT], start: object, spent: float = 0.0) -> Solution[DesignT]:
+        """The solution of a program with its bounds held at the times that it has; spent: seconds before."""
+        journal = Journal(self.max_iterations, self.time_limit, self.callback, spent)
         x0 = start_vector(program, start)
         evaluator, kept = Evaluator(program, self.kernels, self.threads), Kept()
-        settings = {**ipopt_settings(self, evaluator, x0, journal), **self.options}
+        # Its own program at other times: the multipliers are those of the solution, or nearly so.
+        near = start.multiplier_vector if isinstance(start, Solution) and start.program is program else None
+        settings = {
+            **ipopt_settings(self, evaluator, x0, journal),
+            **(WARM if near is not None else {}),
+            **self.options,
+        }
         with kept.guard():
-            answer = _solved(evaluator, settings, x0, journal, kept)
+            answer = _solved(evaluator, settings, x0, journal, kept, near)
         return concluded(self, program, "ipopt", answer, journal, evaluator)
 
 
@@ -149,9 +165,14 @@ def _unit(evaluator: Evaluator, x: np.ndarray) -> float:
 
 
 def _solved(
-    evaluator: Evaluator, settings: Mapping[str, IpoptOption], x0: np.ndarray, journal: Journal, kept: Kept
+    evaluator: Evaluator,
+    settings: Mapping[str, IpoptOption],
+    x0: np.ndarray,
+    journal: Journal,
+    kept: Kept,
+    multipliers: np.ndarray | None = None,
 ) -> IpoptAnswer:
-    """IPOPT on the functions of an Evaluator."""
+    """IPOPT on the functions of an Evaluator; multipliers: (conditions,) at the start."""
     program = evaluator.program
     evaluator.prepare("value", "gradient", "hessian")
     functions = oracles(evaluator, kept)
@@ -167,7 +188,8 @@ def _solved(
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], options)
     evaluator.seconds = 0.0
     with watching(watch, solver.stats):
-        result = solver(x0=x0, lbg=program.lower, ubg=program.upper)
+        known = {} if multipliers is None else {"lam_g0": multipliers}
+        result = solver(x0=x0, lbg=program.lower, ubg=program.upper, **known)
     x, multipliers = np.asarray(result["x"]).ravel(), np.asarray(result["lam_g"]).ravel()
     return IpoptAnswer(x, multipliers, solver.stats(), evaluator.seconds)
 

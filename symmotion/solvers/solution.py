@@ -224,7 +224,10 @@ class Solution(Generic[DesignT]):
 
     def __repr__(self) -> str:
         c = self.certificate
+        enough = self.tolerance if self.exchange is None else max(self.tolerance, self.exchange.tolerance)
+        name, worst = max(c.excess.items(), key=lambda item: item[1].value, default=("", None))
+        over = f", {worst.kind} excess {worst.value:.1e} of {name}" if worst and worst.value > enough else ""
         return (
             f"Solution({self.method}: {self.status}, objective {c.objective:.9g}, stationarity {c.stationarity:.1e}, "
-            f"violation {c.violation:.1e}, inertia {c.inertia}, {self.iterations} iterations)"
+            f"violation {c.violation:.1e}, inertia {c.inertia}{over}, {self.iterations} iterations)"
         )

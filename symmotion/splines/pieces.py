@@ -26,7 +26,7 @@ def binomials(n: int) -> np.ndarray:
 class Poly:
     """A function on S pieces, on each to within an error a polynomial Σ c_i C(n, i) (1 − s)ⁿ⁻ⁱ sⁱ, 0 ≤ s ≤ 1.
 
-    scaled: (n + 1, S) the c_i C(n, i); size, error: (S,) bounds of |c_i| and of the distance of function and polynomial.
+    scaled: (n + 1, S) the c_i C(n, i); size, error: (S,) bounds of |c_i| and of how far the function is away.
     One that is the same on all pieces has S = 1. +, −, × keep all of it, rounding included.
     """
 
@@ -100,7 +100,10 @@ def spline_pieces(spline: Spline, left: np.ndarray, right: np.ndarray, orders: i
     first = controls[:, span - p]
     local = [controls[:, span - p + j] - first for j in range(p + 1)]
     size = np.max(np.abs(local), axis=0)
-    here, error = np.stack([_blossom(basis, local, span, left, right, i) for i in range(p + 1)]), 6 * (p + 1) * EPS * size
+    here, error = (
+        np.stack([_blossom(basis, local, span, left, right, i) for i in range(p + 1)]),
+        6 * (p + 1) * EPS * size,
+    )
     found, width = [(here + first, error + EPS * (np.abs(first) + size))], right - left
     for order in range(1, orders):
         n = p - order + 1

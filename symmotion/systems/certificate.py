@@ -64,9 +64,9 @@ class Certificate:
     def excess(self) -> Mapping[str, Excess]:
         """By name of the constraint, of every bound, and of every condition that is meant for all times.
 
-        By how far the point exceeds it anywhere along the motion where it is meant for all times, whether it was held so
-        or at samples; at its own times where it has some. See `Excess`. Found when it is first asked for; empty
-        of a certificate without its point (`at`).
+        By how far the point exceeds it anywhere along the motion where it is meant for all times; at its own times
+        where it has some. See `Excess`. Found when it is first asked for; empty of a certificate without its
+        point (`at`).
         """
         point: tuple[Program, np.ndarray] | None = self.__dict__.get("_point")
         if point is None or not np.isfinite(point[1]).all():
