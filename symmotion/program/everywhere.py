@@ -2,12 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from symmotion.program.program import Constraint
 
 Kind = Literal["certified", "sampled"]
 
@@ -71,6 +68,7 @@ class Everywhere(Protocol):
         """(N,) its excess at times (N, s), as the program tells them; below 0 inside."""
         ...
 
-    def at(self, times: np.ndarray, constraint: "Constraint") -> "Constraint":
+    # Any: a Constraint, which has one of these.
+    def at(self, times: np.ndarray, constraint: Any) -> Any:
         """The constraint held at other times (N, s), its kernel and its parameters kept."""
         ...

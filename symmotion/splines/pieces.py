@@ -93,12 +93,11 @@ def spline_pieces(spline: Spline, left: np.ndarray, right: np.ndarray, orders: i
     Returns for each order 0 … orders − 1 the coefficients (degree + 1, C, S) and bounds (C, S) of their errors. What is
     far from zero does not cost the derivatives their digits: they are those of the differences to a control nearby.
     """
-    spline = spline.clamped()
     basis, p = spline.basis, spline.degree
     span = basis.spans(0.5 * (left + right))
     controls = spline.control_points.T
-    first = controls[:, span - p]
-    local = [controls[:, span - p + j] - first for j in range(p + 1)]
+    first = controls[:, (span - p) % basis.n]
+    local = [controls[:, (span - p + j) % basis.n] - first for j in range(p + 1)]
     size = np.max(np.abs(local), axis=0)
     here, error = (
         np.stack([_blossom(basis, local, span, left, right, i) for i in range(p + 1)]),

@@ -1,3 +1,4 @@
+from itertools import pairwise
 from typing import Any, cast
 
 import casadi as ca
@@ -22,11 +23,13 @@ POSE = sm.PoseMotion(TURNING, PATH)
 
 def highest(function, breaks, samples=400):
     """The maximum of a function of times, by SciPy's search between the best of many samples."""
-    times = np.unique(np.concatenate([np.linspace(a, b, samples) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]))
+    times = np.unique(np.concatenate([np.linspace(a, b, samples) for a, b in pairwise(breaks)]))
     values = function(times)
     k = int(np.argmax(values))
     ends = times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)]
-    found = minimize_scalar(lambda t: -function(np.array([t]))[0], bounds=ends, method="bounded", options={"xatol": 1e-11})
+    found = minimize_scalar(
+        lambda t: -function(np.array([t]))[0], bounds=ends, method="bounded", options={"xatol": 1e-11}
+    )
     return max(values[k], -found.fun)
 
 
@@ -47,7 +50,14 @@ CASES = {
         MOTION,
         sm.RateBound,
         lambda t: norm(
-            np.stack([(s := np.linalg.inv(MOTION(t).linear) @ MOTION(t, 1).linear)[:, i, j] - s[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))], 1) / 2
+            np.stack(
+                [
+                    (s := np.linalg.inv(MOTION(t).linear) @ MOTION(t, 1).linear)[:, i, j] - s[:, j, i]
+                    for i, j in ((2, 1), (0, 2), (1, 0))
+                ],
+                1,
+            )
+            / 2
         ),
         1,
     ),
@@ -160,7 +170,7 @@ def test_parameters_and_several_bodies():
     assert sm.excess(MOTION, floor).value == pytest.approx(0.25 - low, rel=1e-8)
     apart = sm.JetConstraint(lambda a, b: ca.sumsqr(a.v - b.v), lower=2.0, upper=np.inf)
     found = sm.excess({"a": MOTION, "b": PATH_MOTION}, apart)
-    nearest = -highest(lambda t: -norm(MOTION(t).translation - PATH_MOTION(t).translation) ** 2, KEYS.times)
+    nearest = -highest(lambda t: -(norm(MOTION(t).translation - PATH_MOTION(t).translation) ** 2), KEYS.times)
     assert found.value == pytest.approx(max(0.0, 1 - nearest / 2), rel=1e-8, abs=1e-12)
 
 
