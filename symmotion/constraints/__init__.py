@@ -10,7 +10,7 @@ from symmotion.constraints.bounds import (
 )
 from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting, dense_times
 from symmotion.constraints.curves import CurveCondition
-from symmotion.constraints.excess import excess
+from symmotion.constraints.exceeded import excess
 from symmotion.constraints.keyframed import (
     AngularRate,
     EndAccelerations,

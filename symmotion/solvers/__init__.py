@@ -2,7 +2,7 @@
 
 from symmotion.solvers.comparison import Comparison, compare, solver_by_name
 from symmotion.solvers.elimination import Elimination
-from symmotion.solvers.exchange import exchange
+from symmotion.solvers.exchanging import exchange
 from symmotion.solvers.ipopt import Ipopt
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.newton import ExactNewton

@@ -13,7 +13,7 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
-from symmotion.solvers.exchange import exchange
+from symmotion.solvers.exchanging import exchange
 from symmotion.solvers.journal import Callback, Journal
 from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles

@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 
 from symmotion.program import Block, DesignT, Evaluator, Program
-from symmotion.solvers.exchange import exchange
+from symmotion.solvers.exchanging import exchange
 from symmotion.solvers.ipopt import (
     CASADI,
     SYMBOLIC,
