@@ -48,8 +48,8 @@ class Seen(Protocol):
 class SeenSpline:
     """A spline of all coordinates: an affine motion's or a curve's.
 
-    spline: controls (n, W); kind: dimension of the body, or the shape (rows, columns) of a curve's values.
-    columns: (W,) which coordinate each entry of one order is, those of A column by column, then v.
+    spline: controls (n, W), those of a body each matrix row by row, then the point; dimension: of the body, 0 of
+    a curve; shape: (rows, columns) of a curve's values.
     """
 
     spline: Spline

@@ -287,7 +287,7 @@ class Program(Generic[DesignT]):
                     program = program.with_data(c.name, data)
         return program
 
-    def with_times(self, times: Mapping[str, np.ndarray]) -> "Program[DesignT]":
+    def with_times(self, times: Mapping[str, ArrayLike]) -> "Program[DesignT]":
         """The same program with conditions that are meant for all times held at others; compiled kernels are kept.
 
         times: by constraint, (N,) or (N, s) of each of the motions that it couples.

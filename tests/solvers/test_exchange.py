@@ -44,7 +44,7 @@ def test_it_is_the_limit_of_many_fixed_times():
     """The optimum grows with the times held, and what is exceeded between them falls as their distance squared."""
     objectives, exceeded = [], []
     for count in (200, 400):
-        times = np.linspace(*KEYS.times[[0, -1]], count + 1)
+        times = np.linspace(KEYS.times[0], KEYS.times[-1], count + 1)
         fixed = SOLVER._at_times(PROGRAM.with_times({"speed": times}), None)
         objectives.append(fixed.objective)
         exceeded.append(fixed.certificate.excess["speed"].value)
@@ -55,7 +55,7 @@ def test_it_is_the_limit_of_many_fixed_times():
 
 def test_as_many_times_press_as_there_are_contacts_and_the_multipliers_are_theirs():
     program = SOLUTION.program
-    times = program.constraint("speed").times
+    times = np.asarray(program.constraint("speed").times)
     multipliers = SOLUTION.multipliers["speed"]
     assert multipliers.shape == (len(times), 1) and (multipliers > 0).all()
     assert sm.certify(program, SOLUTION.x, SOLUTION.multiplier_vector).holds(1e-7)
@@ -106,7 +106,7 @@ def test_a_start_that_was_exchanged_brings_its_times():
 def test_kernels_and_parameters_are_kept_at_other_times():
     floor = sm.JetConstraint(lambda jet, p: jet.place(TIP)[2] - p.z, upper=np.inf, parameters={"z": -9.0}, name="floor")
     program = sm.affine_program(KEYS, objective=SMOOTH, constraints=[floor]).with_parameters(z=-8.0)
-    moved = program.with_times({"floor": [0.3, 0.4]})
+    moved = program.with_times({"floor": np.array([0.3, 0.4])})
     old, new = program.constraint("floor"), moved.constraint("floor")
     assert new.block.kernel is old.block.kernel and new.block.count == 2
     assert moved.parameters["z"] == -8.0
@@ -127,6 +127,7 @@ def test_programs_solutions_and_results_files_keep_it(tmp_path):
     path = tmp_path / "results"
     (first,) = solve_many([PROGRAM], SOLVER, results=path)
     (second,) = solve_many([PROGRAM], SOLVER, results=path)
+    assert isinstance(first, sm.Solution) and isinstance(second, sm.Solution)
     assert second.exchange == first.exchange
     np.testing.assert_array_equal(second.program.constraint("speed").times, first.program.constraint("speed").times)
     assert second.certificate.excess == first.certificate.excess
@@ -146,7 +147,9 @@ def test_orientations_are_certified_too():
 
 def fastest_change(motion):
     """The largest Frobenius norm of Ȧ, over many times."""
-    return float(np.linalg.norm(motion(np.linspace(*motion.domain, 4001), 1).linear, axis=(1, 2)).max())
+    return float(
+        np.linalg.norm(motion(np.linspace(motion.domain[0], motion.domain[1], 4001), 1).linear, axis=(1, 2)).max()
+    )
 
 
 def test_free_times_fits_and_joined_programs():
