@@ -18,7 +18,7 @@ Times: TypeAlias = Mapping[str, np.ndarray]
 # Times (N, s) of a bound and multipliers (N, C) there.
 Weighted: TypeAlias = tuple[np.ndarray, np.ndarray]
 
-MOST_ROUNDS = 15
+MOST_ROUNDS = 25
 # Of the range of the excess along the start: maxima of it that far inside are held from the beginning.
 NEAR = 0.2
 # The share of the largest multiplier below which a bound does not press.
@@ -96,14 +96,15 @@ def exchange(
         return solve(program, start)
     checks.not_negative(tolerance, "tolerance")
     current = program.with_times(_first(program, bounds, start))
-    found, rounds = solve(current, start), []
+    found, rounds, moving = solve(current, start), [], True
     moves: dict[str, Moves] = {name: {} for name in bounds}
     solutions = [found]
     while True:
         rounds.append(_round(found, bounds))
         if rounds[-1].worst <= tolerance or not _good(found) or len(rounds) >= most_rounds:
             break
-        moving = len(rounds) < 4 or rounds[-1].worst <= FALLS * rounds[-4].worst
+        # Contacts that turn on each other are not found one by one: times stay from then on, which always converges.
+        moving = moving and (len(rounds) < 4 or rounds[-1].worst <= FALLS * rounds[-4].worst)
         steps = {
             name: _next(found, name, bounds[name], maxima, tolerance, moves[name] if moving else None)
             for name, maxima in _peaks(found, bounds).items()
