@@ -28,7 +28,7 @@ from symmotion import (
     systems,
 )
 from symmotion.batches import solve_many
-from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, Velocity
+from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, Velocity, excess
 from symmotion.design import (
     affine_program,
     curve_program,
@@ -187,6 +187,7 @@ __all__ = [
     "curves",
     "energies",
     "examples",
+    "excess",
     "fair",
     "fairing",
     "files",

@@ -11,8 +11,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.program import Program
-from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
+from symmotion.program import Excess, Program
+from symmotion.solvers.solution import Course, Iteration, Round, Seconds, Solution, Status
 from symmotion.systems import Certificate
 
 Parsed: TypeAlias = Any  # of JSON
@@ -151,22 +151,58 @@ def _record(name: str, solution: Solution) -> dict[str, object]:
         "log": [[_plain(value) for value in astuple(row)] for row in solution.log],
         "seconds": asdict(solution.seconds),
         "message": solution.message,
+        **({} if solution.exchange is None else {"exchange": _course(solution, solution.exchange)}),
     }
 
 
+def _course(solution: Solution, course: Course) -> dict[str, object]:
+    """What an exchange took, and the times at its end."""
+    times = {c.name: c.times for c in solution.program.constraints if c.everywhere is not None and c.times is not None}
+    rounds = [
+        {
+            "times": dict(r.times),
+            "excess": {name: [_plain(value) for value in astuple(e)] for name, e in r.excess.items()},
+            "objective": _plain(r.objective),
+            "iterations": r.iterations,
+        }
+        for r in course.rounds
+    ]
+    held = {name: [_packed(t), list(t.shape)] for name, t in times.items()}
+    return {"tolerance": course.tolerance, "rounds": rounds, "times": held}
+
+
+def _exchanged(record: dict[str, Parsed], program: Program) -> tuple[Program, Course]:
+    """The program with the times at the end of an exchange, and what that took."""
+    times = {name: _unpacked(text).reshape(shape) for name, (text, shape) in record["times"].items()}
+    rounds = tuple(
+        Round(
+            r["times"],
+            {name: Excess(_number(e[0]), _number(e[1]), e[2]) for name, e in r["excess"].items()},
+            _number(r["objective"]),
+            r["iterations"],
+        )
+        for r in record["rounds"]
+    )
+    return program.with_times(times), Course(record["tolerance"], rounds)
+
+
 def _solution(record: dict[str, Parsed], program: Program) -> Solution:
+    x, course = _unpacked(record["x"]), None
+    if "exchange" in record:
+        program, course = _exchanged(record["exchange"], program)
     return Solution(
         program,
         record["solver"],
         record["method"],
         Status(record["status"]),
-        _unpacked(record["x"]),
+        x,
         _unpacked(record["multipliers"]),
-        _certificate(record["certificate"]),
+        _certificate(record["certificate"]).at(program, x),
         record["tolerance"],
         tuple(Iteration(*map(_number, row)) for row in record["log"]),
         Seconds(**record["seconds"]),
         record["message"],
+        course,
     )
 
 

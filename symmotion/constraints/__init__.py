@@ -10,6 +10,7 @@ from symmotion.constraints.bounds import (
 )
 from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting, dense_times
 from symmotion.constraints.curves import CurveCondition
+from symmotion.constraints.exceeded import excess
 from symmotion.constraints.keyframed import (
     AngularRate,
     EndAccelerations,
@@ -41,4 +42,5 @@ __all__ = [
     "UnitVolume",
     "Velocity",
     "dense_times",
+    "excess",
 ]

@@ -32,7 +32,7 @@ class UnitVolume(MotionConstraint):
 
 @dataclass(frozen=True, eq=False)
 class NoInversion(MotionConstraint):
-    """det A(t) ≥ ε along the motion, at `density` times per segment between the keyframes."""
+    """det A(t) ≥ ε along the motion, to begin with at `density` times per segment between the keyframes."""
 
     least: float
     density: int = DENSITY
@@ -54,12 +54,18 @@ class NoInversion(MotionConstraint):
                     )
                 raise InputError(f"{self.name}: keyframe {i} has determinant {volumes[i]:.3g}, below {self.least:g}")
         times = setting.between_keyframes(self.density, self.name)
-        return JetConstraint(lambda jet: ca.det(jet.A), lower=float(self.least), upper=np.inf, at=times, name=self.name)
+        return JetConstraint(
+            lambda jet: ca.det(jet.A),
+            lower=float(self.least),
+            upper=np.inf,
+            first=times if times.size else None,
+            name=self.name,
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedBound(MotionConstraint):
-    """‖velocity of p‖ ≤ limit for body points p (P, d), at `density` times per segment and at its ends."""
+    """‖velocity of p‖ ≤ limit for body points p (P, d), to begin with at `density` times per segment and its ends."""
 
     points: ArrayLike
     limit: float
@@ -79,12 +85,14 @@ class SpeedBound(MotionConstraint):
             return ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in points))
 
         times = np.union1d(setting.between_keyframes(self.density, self.name), setting.times)
-        return JetConstraint(squares, lower=-np.inf, upper=limit**2, at=times, name=self.name)
+        return JetConstraint(
+            squares, lower=-np.inf, upper=limit**2, first=times if times.size else None, name=self.name, power=2
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class RateBound(MotionConstraint):
-    """‖Ω(t)‖ ≤ limit [rad per unit of time] along the motion, at `density` times in each span."""
+    """‖Ω(t)‖ ≤ limit [rad per unit of time] along the motion, to begin with at `density` times in each span."""
 
     limit: float
     density: int = 5
@@ -100,7 +108,7 @@ class RateBound(MotionConstraint):
 
 @dataclass(frozen=True, eq=False)
 class AccelerationBound(MotionConstraint):
-    """‖Ω̇(t)‖ ≤ limit [rad per unit of time²] along the motion, at `density` times in each span."""
+    """‖Ω̇(t)‖ ≤ limit [rad per unit of time²] along the motion, to begin with at `density` times in each span."""
 
     limit: float
     density: int = 5
@@ -116,7 +124,7 @@ class AccelerationBound(MotionConstraint):
 
 @dataclass(frozen=True, eq=False)
 class TorqueBound(MotionConstraint):
-    """‖τ(t)‖ ≤ limit along the motion, τ = J Ω̇ + Ω × JΩ, at `density` times in each span.
+    """‖τ(t)‖ ≤ limit along the motion, τ = J Ω̇ + Ω × JΩ, to begin with at `density` times in each span.
 
     inertia: J as in `Torque`, the identity when left out.
     """
@@ -144,5 +152,10 @@ def _norm_bound(
     limit = float(bound.limit)
     times = setting.inside_spans(bound.density, bound.name)
     return JetConstraint(
-        lambda jet: ca.sumsqr(vector(jet)) / limit**2, lower=-np.inf, upper=1.0, at=times, name=bound.name
+        lambda jet: ca.sumsqr(vector(jet)) / limit**2,
+        lower=-np.inf,
+        upper=1.0,
+        first=times if times.size else None,
+        name=bound.name,
+        power=2,
     )

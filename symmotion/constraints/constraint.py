@@ -12,14 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.constraints.along import Along
 from symmotion.errors import InputError
 from symmotion.jets import AnyJet, RigidJet, Written
+from symmotion.jets.enclosed import values as values_of
 from symmotion.jets.jet import as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import LinearSpace
 from symmotion.jets.nets import NetSpace
+from symmotion.jets.seen import Seen
 from symmotion.jets.space import JetSpace, Places, block_of
 from symmotion.jets.written import positional, same_text, tuples_of_jets
-from symmotion.program import Constraint, ParameterPlace
+from symmotion.program import Constraint, Excess, ParameterPlace, excess_at
 from symmotion.program.state import made_of
 from symmotion.splines.instants import distinct, unified
 from symmotion.values import adopt, restore, same, same_fields, settle
@@ -34,7 +37,7 @@ class Setting:
     spaces: of the jets it is a function of, one for all or one for each body. times: (M,) of the keyframes, empty
     where there are none; linear, translation, quaternions: (M, d, d), (M, d), (M, 4) their parts, None where they
     have none such. moves: whether the translation is unknown; held: whether the keyframes are met; places: of the
-    unknowns, where there are several bodies.
+    unknowns, where there are several bodies; bodies: the names of those that the constraint is about.
     """
 
     spaces: tuple[JetSpace, ...]
@@ -45,6 +48,7 @@ class Setting:
     moves: bool = True
     held: bool = True
     places: Places | None = None
+    bodies: tuple[str, ...] = ()
 
     @property
     def space(self) -> JetSpace:
@@ -159,7 +163,10 @@ class JetConstraint(MotionConstraint):
         matrix; of as many jets as the times it couples, or as the bodies it couples.
     lower, upper: numbers, or arrays that broadcast to (N, …), the expression at each of N times; infinite: no bound.
     at: a time, or times (N,); a list of N tuples of times for a function of as many jets; None: everywhere along
-        the motion, for now held at `density` times inside every span, which the program says.
+        the motion. A program holds it at `density` times inside every span, or at `first` (N,), to begin with, and
+        what solves it puts those times where it presses (`solvers.exchange`); an equality stays at them.
+    power: of a bound, that the function is this power of the quantity that is named (2 of a speed whose square is
+        bounded by the square of its limit): by how far it is exceeded is told of the quantity.
     parameters: numbers by name, handed to the function as its last argument (`p.v`, in the shape given), to be
         changed by `program.with_parameters`; the same name in two constraints is one parameter.
     data: (N, D) numbers of each time, handed to the function as a column behind the jets.
@@ -178,12 +185,15 @@ class JetConstraint(MotionConstraint):
     parameters: Mapping[str, ArrayLike] | None = field(default=None, kw_only=True)
     density: int = field(default=DENSITY, kw_only=True)
     data: ArrayLike | None = field(default=None, kw_only=True)
+    first: ArrayLike | None = field(default=None, kw_only=True)
+    power: int = field(default=1, kw_only=True)
 
     def __init_subclass__(cls, **options: object):
         super().__init_subclass__(**options)
         adopt(cls, JetConstraint.__post_init__)
 
     def __post_init__(self):
+        checks.whole(self.power, 1, f"{self.name}: power")
         if not callable(self.function):
             raise InputError(f"{self.name}: function {self.function!r}: a function of a jet is needed")
         checks.text(self.name, "name of a constraint")
@@ -216,6 +226,8 @@ class JetConstraint(MotionConstraint):
         object.__setattr__(self, "upper", checks.read_only(high))
         if self.at is not None:
             object.__setattr__(self, "at", checks.read_only(self._times()))
+        if self.first is not None:
+            object.__setattr__(self, "first", checks.read_only(checks.times(self.first, f"{self.name}: first")))
         if self.data is not None:
             object.__setattr__(
                 self, "data", checks.read_only(checks.array(self.data, ("N", "D"), f"{self.name}: data"))
@@ -293,6 +305,54 @@ class JetConstraint(MotionConstraint):
 
     def build(self, setting: Setting) -> Constraint:
         spaces, times, lead = self._spread(setting)
+        built = self._built(setting, spaces, times, lead)
+        return replace(built, everywhere=Along(self, setting)) if self._is_everywhere(built) else built
+
+    def _is_everywhere(self, built: Constraint) -> bool:
+        """Whether it is meant for all times, and says the same at each of them."""
+        return self.at is None and self.data is None and _alike(built.lower) and _alike(built.upper)
+
+    def held(self, setting: Setting, times: np.ndarray) -> Constraint:
+        """As part of a program, at times (N, s) of each jet in place of its own."""
+        spaces = list(setting.spaces) if len(setting.spaces) > 1 else [setting.space] * times.shape[1]
+        return self._built(setting, spaces, times, times.shape[:1])
+
+    def said_of(self, jets: Sequence[AnyJet], values: Mapping[str, np.ndarray]) -> ca.SX:
+        """The expression for jets of symbols, with numbers in place of its parameters."""
+        numbers = [ca.SX(np.ravel(values[k], order="F")) for k in self.parameters or {}]
+        return self._expression(jets, [], numbers)
+
+    def excess_at(self, motions: Sequence[Seen]) -> Excess:
+        """By how far motions exceed it at its times."""
+        times = np.atleast_1d(np.asarray(self.first if self.at is None else self.at, dtype=float))
+        if times.ndim < 2:
+            times = np.repeat(times[:, None], len(motions), axis=1)
+        every = list(motions) * times.shape[1] if len(motions) == 1 else list(motions)
+        if len(every) != times.shape[1]:
+            raise InputError(f"{self.name}: tuples of {times.shape[1]} times for {len(motions)} bodies")
+        table = np.empty((len(times), 0)) if self.data is None else np.asarray(self.data)
+        data, values = self._symbols()[0], self.parameters or {}
+        jets = [motion.symbols(slot) for slot, motion in enumerate(every)]
+        out = self._expression(jets, data, [ca.SX(np.ravel(v, order="F")) for v in values.values()])
+        entries, needed = ca.vertcat(*(jet.entries for jet in jets), *data), range(jets[0].entries.numel())
+        columns = [
+            motion.numbers(_placed(column, motion.domain, np.empty(0), self.name), needed)
+            for motion, column in zip(every, times.T, strict=True)
+        ]
+        found = values_of(entries, ca.vec(out))(np.concatenate([*columns, table], axis=1))
+        shape, lead = _shown_shape(out), times.shape[:1] if self.at is None else np.asarray(self.at).shape[:1]
+        low, high = (self._bound(b, len(times), shape, lead) for b in (self.lower, self.upper))
+        return excess_at(found, low, high, times, self.power)
+
+    def bounds_for(self, out: ca.SX) -> tuple[np.ndarray, np.ndarray]:
+        """(C,) the bounds of the components of its expression, column by column, the same at all times."""
+        shape = _shown_shape(out)
+        low, high = (self._bound(b, 1, shape, ())[0] for b in (self.lower, self.upper))
+        return low, high
+
+    def _built(
+        self, setting: Setting, spaces: Sequence[JetSpace], times: np.ndarray, lead: tuple[int, ...]
+    ) -> Constraint:
         count, values = len(times), self.parameters or {}
         table = np.empty((count, 0)) if self.data is None else np.asarray(self.data)
         if len(table) != count:
@@ -317,7 +377,16 @@ class JetConstraint(MotionConstraint):
             first += np.size(value)
         shape = _shown_shape(out)
         low, high = (self._bound(b, count, shape, lead) for b in (self.lower, self.upper))
-        return Constraint(block, low, high, (*lead, *shape), len(shape) == 2, tuple(places), self.at is None)
+        return Constraint(
+            block,
+            low,
+            high,
+            (*lead, *shape),
+            len(shape) == 2,
+            tuple(places),
+            times if times.ndim == 2 else None,
+            power=self.power,
+        )
 
     def _spread(self, setting: Setting) -> tuple[list[JetSpace], np.ndarray, tuple[int, ...]]:
         """The spaces of the jets, the times (N, s) of each, and the leading axes of the multipliers."""
@@ -325,7 +394,7 @@ class JetConstraint(MotionConstraint):
         if isinstance(setting.space, NetSpace):
             return self._of_net(setting.space)
         if self.at is None:
-            times = setting.inside_spans(self.density, self.name)
+            times = setting.inside_spans(self.density, self.name) if self.first is None else np.asarray(self.first)
             lead: tuple[int, ...] = (len(times),)
         else:
             times = np.asarray(self.at)
@@ -375,6 +444,11 @@ class JetConstraint(MotionConstraint):
         if len(shape) == 2:
             whole = np.swapaxes(whole, 1, 2)
         return np.ascontiguousarray(whole.reshape(count, -1))
+
+
+def _alike(rows: np.ndarray) -> bool:
+    """Whether all rows are the same."""
+    return bool((rows == rows[:1]).all())
 
 
 def _shown_shape(out: ca.SX) -> tuple[int, ...]:

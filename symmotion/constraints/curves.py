@@ -191,7 +191,8 @@ class CurveCondition(MotionConstraint):
         kernel = Kernel(z, target, out, channels)
         block = Block(self.name, kernel, space.variable, whole, rows, 1, np.ones(len(kept)), data)
         shape = () if self.norm else shape
-        return Constraint(block, self.spread(self.lower, shape)[kept], self.spread(self.upper, shape)[kept])
+        bounds = self.spread(self.lower, shape)[kept], self.spread(self.upper, shape)[kept]
+        return Constraint(block, *bounds, times=self.times[kept], power=2 if self.norm else 1)
 
     def rows(self, basis: BSplineBasis) -> sparse.csr_array:
         """(N, n) the condition's rows on the controls of a basis."""

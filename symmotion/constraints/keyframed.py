@@ -253,7 +253,10 @@ class Tolerance(MotionConstraint):
         upper = np.concatenate([np.full(n, x**2 if self.norm else x) for n, x in zip(sizes, limits, strict=True)])
         data = np.concatenate([setting.linear.reshape(-1, d * d), setting.translation], axis=1)[which]
         lower = np.full_like(upper, -np.inf) if self.norm else -upper
-        return JetConstraint(off, lower=lower, upper=upper, at=setting.times[which], name=self.name, data=data)
+        power = 2 if self.norm else 1
+        return JetConstraint(
+            off, lower=lower, upper=upper, at=setting.times[which], name=self.name, data=data, power=power
+        )
 
     def _of_turns(self, setting: Setting) -> JetConstraint:
         # Relative to the tolerance: the condition is of the order of one.
@@ -278,7 +281,7 @@ class Tolerance(MotionConstraint):
             return ca.vertcat(*found)
 
         times, name = setting.times[which], self.name
-        return JetConstraint(off, lower=-np.inf, upper=1.0, at=times, name=name, data=np.column_stack(data))
+        return JetConstraint(off, lower=-np.inf, upper=1.0, at=times, name=name, data=np.column_stack(data), power=2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from symmotion.constraints import JetConstraint, MotionConstraint, Setting
+from symmotion.constraints.along import Along
 from symmotion.design.question import as_constraints, assembled
 from symmotion.errors import InputError
 from symmotion.jets.space import JetSpace, Places
@@ -79,7 +80,9 @@ class JoinedDesign:
         places = Places(plain.unknowns, {name: plain.place(name) for name in start})
         settings = self._settings
         spaces = tuple(_placed(s.space, body) for s, body in zip(settings, self.programs, strict=True))
-        common = Setting(spaces, np.empty(0), moves=all(s.moves for s in settings), places=places)
+        common = Setting(
+            spaces, np.empty(0), moves=all(s.moves for s in settings), places=places, bodies=tuple(self.programs)
+        )
         lengths = {_of(body, k): v for body, p in self.programs.items() for k, v in p.lengths.items()}
         return assembled(start, terms, given, self.constraints, common, self, lengths)
 
@@ -150,7 +153,12 @@ def _renamed(block: Block, body: str) -> Block:
 
 def _renamed_constraint(constraint: Constraint, body: str) -> Constraint:
     parameters = tuple(replace(p, name=_of(body, p.name)) for p in constraint.parameters)
-    return replace(constraint, block=_renamed(constraint.block, body), parameters=parameters)
+    along = constraint.everywhere
+    if isinstance(along, Along):
+        setting = along.setting
+        spaces = tuple(_placed(space, body) for space in setting.spaces)
+        along = replace(along, setting=replace(setting, spaces=spaces, bodies=(body,)))
+    return replace(constraint, block=_renamed(constraint.block, body), parameters=parameters, everywhere=along)
 
 
 def _placed(space: JetSpace, body: str) -> JetSpace:

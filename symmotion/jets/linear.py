@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import casadi as ca
 import numpy as np
@@ -116,24 +116,25 @@ def entry_symbols(width: int, slot: int) -> tuple[list[ca.SX], ca.SX, dict[str, 
 
 def affine_space(basis: BSplineBasis, d: int, channels: int) -> LinearSpace:
     """The space of an affine spline motion in dimension d: controls are rows of A, then v."""
-
-    def make(orders: Sequence[ca.SX], t: ca.SX) -> Jet:
-        linear = tuple(ca.reshape(o[: d * d], d, d).T for o in orders)
-        return Jet(linear, tuple(o[d * d :] for o in orders), t)
-
+    make = partial(_affine, d)
     return LinearSpace(f"affine {d}D", basis, d * d + d, make, channels, groups=(d * d, d * d + d))
+
+
+def _affine(d: int, orders: Sequence[ca.SX], t: ca.SX) -> Jet:
+    linear = tuple(ca.reshape(o[: d * d], d, d).T for o in orders)
+    return Jet(linear, tuple(o[d * d :] for o in orders), t)
 
 
 def curve_space(basis: BSplineBasis, shape: tuple[int, ...]) -> LinearSpace:
     """The space of a spline curve with values of a shape, row by row."""
     width = int(np.prod(shape))
+    return LinearSpace(f"curve {shape}", basis, width, partial(_curve, shape), width)
 
-    def make(orders: Sequence[ca.SX], t: ca.SX) -> CurveJet:
-        if len(shape) < 2:
-            return CurveJet(tuple(orders), t)
-        return CurveJet(tuple(ca.reshape(o, shape[1], shape[0]).T for o in orders), t)
 
-    return LinearSpace(f"curve {shape}", basis, width, make, width)
+def _curve(shape: tuple[int, ...], orders: Sequence[ca.SX], t: ca.SX) -> CurveJet:
+    if len(shape) < 2:
+        return CurveJet(tuple(orders), t)
+    return CurveJet(tuple(ca.reshape(o, shape[1], shape[0]).T for o in orders), t)
 
 
 @dataclass(frozen=True, eq=False)

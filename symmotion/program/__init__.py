@@ -3,6 +3,7 @@
 from symmotion.program.block import WHOLE, Block, BlockEvaluator
 from symmotion.program.bounded import Bounded
 from symmotion.program.evaluate import Evaluator, Pattern
+from symmotion.program.everywhere import Everywhere, Excess, excess_at
 from symmotion.program.program import (
     Constraint,
     Design,
@@ -27,6 +28,8 @@ __all__ = [
     "Design",
     "DesignT",
     "Evaluator",
+    "Everywhere",
+    "Excess",
     "Integrated",
     "MotionT",
     "Multipliers",
@@ -36,4 +39,5 @@ __all__ = [
     "Quadrature",
     "Rekeyed",
     "Staged",
+    "excess_at",
 ]

@@ -13,6 +13,7 @@ from scipy import sparse
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.program.block import WHOLE, Block
+from symmotion.program.everywhere import Everywhere
 from symmotion.program.quadrature import Quadrature
 from symmotion.program.state import made_of
 
@@ -41,8 +42,9 @@ class Constraint:
 
     lower, upper: (E, C), one row per node. shape: in which its multipliers are shown, (E, C) when left out; matrix:
     whether the last two axes are those of a matrix, whose entries the kernel has column by column.
-    parameters: the columns of the block's data that are numbers to change. sampled: whether it is meant for all times
-    and held at those of its nodes only.
+    parameters: the columns of the block's data that are numbers to change. times: (E, s) of its nodes, None where they
+    have none. everywhere: of a condition that is meant for all times, and held at those of its nodes only, the rest.
+    power: the kernel is this power of the quantity that is named; where it is not 1, `excess` is told of the quantity.
     """
 
     block: Block
@@ -51,7 +53,9 @@ class Constraint:
     shape: tuple[int, ...] | None = None
     matrix: bool = False
     parameters: tuple[ParameterPlace, ...] = ()
-    sampled: bool = False
+    times: np.ndarray | None = None
+    everywhere: Everywhere | None = None
+    power: int = 1
 
     @staticmethod
     def equality(block: Block) -> "Constraint":
@@ -70,6 +74,12 @@ class Constraint:
     @property
     def is_equality(self) -> bool:
         return bool((self.lower == self.upper).all())
+
+    @property
+    def parameter_values(self) -> dict[str, np.ndarray]:
+        """The numbers of its parameters by name, each in its shape."""
+        data = self.block.data
+        return {p.name: data[0, p.columns].reshape(p.shape, order="F") for p in self.parameters}
 
     def shaped(self, multipliers: np.ndarray) -> np.ndarray:
         """Multipliers (E, C) in the shape in which they are shown."""
@@ -299,8 +309,8 @@ class Program(Generic[DesignT]):
         """The numbers of the constraints' parameters by name, each in its shape."""
         found: dict[str, np.ndarray] = {}
         for c in self.constraints:
-            for place in c.parameters:
-                found.setdefault(place.name, c.block.data[0, place.columns].reshape(place.shape, order="F"))
+            for name, value in c.parameter_values.items():
+                found.setdefault(name, value)
         return found
 
     def with_parameters(self, /, **values: ArrayLike) -> "Program[DesignT]":
@@ -320,6 +330,28 @@ class Program(Generic[DesignT]):
                     data[:, place.columns] = fresh.ravel(order="F")
                     program = program.with_data(c.name, data)
         return program
+
+    def with_times(self, times: Mapping[str, ArrayLike]) -> "Program[DesignT]":
+        """The same program with conditions that are meant for all times held at others; compiled kernels are kept.
+
+        times: by constraint, (N,) or (N, s) of each of the motions that it couples.
+        """
+        changed = {}
+        for name, where in times.items():
+            c = self.constraint(name)
+            if c.everywhere is None or c.times is None:
+                raise InputError(f"{name}: a condition at given times stays there")
+            there = checks.numbers(where, f"{name}: times")
+            there = there if there.ndim == 2 else np.repeat(np.atleast_1d(there)[:, None], c.times.shape[1], axis=1)
+            if there.shape[1:] != c.times.shape[1:] or not len(there):
+                raise InputError(
+                    f"{name}: times of shape {there.shape}: {checks.shown(('N', c.times.shape[1]))}, is needed"
+                )
+            if not np.array_equal(there, c.times):
+                changed[name] = c.everywhere.at(there, c)
+        if not changed:
+            return self
+        return replace(self, constraints=tuple(changed.get(c.name, c) for c in self.constraints), structure=Structure())
 
     def with_keyframes(self, keyframes: object) -> "Program[DesignT]":
         """The same program for other keyframes at the same times; structure and compiled kernels are kept.
@@ -391,7 +423,7 @@ class Program(Generic[DesignT]):
         lines += [f"  term        {_describe(b)}" for b in self.terms]
         for c in self.constraints:
             kind = "equality" if c.is_equality else "bounds"
-            where = f", sampled at {c.block.count} times" if c.sampled else ""
+            where = f", everywhere, held at {c.block.count} times" if c.everywhere else ""
             lines.append(f"  constraint  {_describe(c.block)}; {c.size} multipliers, {kind}{where}")
         lines += [f"  parameter   {name}: {np.array2string(v, precision=6)}" for name, v in self.parameters.items()]
         lines += [f"  note        {note}" for note in self.notes]

@@ -82,9 +82,9 @@ class Player:
 class Run:
     """One solver on one case: a row of the report, also where it failed.
 
-    stationarity, violation, decrement, complementarity, inertia: the certificate's; excess: of bounds between their
-        samples, None since that is not looked at; evaluations: of functions
-        and derivatives, all together; unknowns, multipliers: how many;
+    stationarity, violation, decrement, complementarity, inertia: the certificate's; excess: the worst of all
+        bounds, anywhere where they are meant so, None where there are none; evaluations: of functions and
+        derivatives, all together; unknowns, multipliers: how many;
     log: the iterations, for plots; message: what the solver said where it did not solve.
     """
 
@@ -121,7 +121,7 @@ class Run:
             solution.violation,
             solution.certificate.decrement,
             solution.certificate.complementarity,
-            None,
+            max((e.value for e in solution.certificate.excess.values()), default=None),
             solution.inertia,
             solution.iterations if solution.log else None,
             sum(solution.evaluations.values()) or None,

@@ -2,17 +2,19 @@
 
 from symmotion.solvers.comparison import Comparison, compare, solver_by_name
 from symmotion.solvers.elimination import Elimination
+from symmotion.solvers.exchanging import exchange
 from symmotion.solvers.ipopt import Ipopt
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.newton import ExactNewton
 from symmotion.solvers.options import require_limits
 from symmotion.solvers.plain import PlainIpopt
-from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
+from symmotion.solvers.solution import Course, Iteration, Round, Seconds, Solution, Status
 from symmotion.solvers.solver import Solver, conclude, require_equalities, start_multipliers, start_vector
 
 __all__ = [
     "Callback",
     "Comparison",
+    "Course",
     "Elimination",
     "ExactNewton",
     "Failure",
@@ -20,12 +22,14 @@ __all__ = [
     "Iteration",
     "Journal",
     "PlainIpopt",
+    "Round",
     "Seconds",
     "Solution",
     "Solver",
     "Status",
     "compare",
     "conclude",
+    "exchange",
     "require_equalities",
     "require_limits",
     "solver_by_name",

@@ -36,23 +36,16 @@ ESCAPES = 5
 
 @dataclass(frozen=True, eq=False)
 class Slacks:
-    """Slacks s (bounds,) with multipliers z ≥ 0 of their lower and upper sides, zero where a side has no bound."""
+    """Distances (bounds,) of slacks from their lower and upper bounds, with multipliers z ≥ 0 of these sides.
 
-    s: np.ndarray
+    Where a side has no bound the distance is infinite and z is zero. Distances are kept, not slacks: near a bound that
+    is far from zero the slack has no digits left for them.
+    """
+
+    above: np.ndarray
+    below: np.ndarray
     down: np.ndarray
     up: np.ndarray
-    lower: np.ndarray
-    upper: np.ndarray
-
-    @property
-    def above(self) -> np.ndarray:
-        """(bounds,) the distance from the lower bound."""
-        return self.s - self.lower
-
-    @property
-    def below(self) -> np.ndarray:
-        """(bounds,) the distance from the upper bound."""
-        return self.upper - self.s
 
     @property
     def multipliers(self) -> np.ndarray:
@@ -71,12 +64,21 @@ class Slacks:
     @property
     def sides(self) -> int:
         """How many bounds there are, of both sides."""
-        return int(np.isfinite(self.lower).sum() + np.isfinite(self.upper).sum())
+        return int(np.isfinite(self.above).sum() + np.isfinite(self.below).sum())
 
-    def barrier(self, s: np.ndarray) -> float:
-        """−Σ log(distance) at s, ∞ outside."""
-        low, high = np.isfinite(self.lower), np.isfinite(self.upper)
-        distances = np.concatenate([(s - self.lower)[low], (self.upper - s)[high]])
+    def moved(self, change: np.ndarray) -> "Slacks":
+        """With slacks that are larger by a change (bounds,)."""
+        return replace(self, above=self.above + change, below=self.below - change)
+
+    def missed(self, values: np.ndarray, frame: Frame) -> np.ndarray:
+        """(bounds,) by how much values exceed the slacks."""
+        low = np.isfinite(self.above)
+        return values - np.where(low, frame.lower, frame.upper) - np.where(low, self.above, -self.below)
+
+    @property
+    def barrier(self) -> float:
+        """−Σ log(distance), ∞ outside."""
+        distances = np.concatenate([d[np.isfinite(d)] for d in (self.above, self.below)])
         return -float(np.log(distances).sum()) if (distances > 0).all() else inf
 
 
@@ -158,13 +160,22 @@ class Interior:
             for b in (frame.lower, frame.upper)
         ]
         s = np.clip(self._values, frame.lower + margins[0], frame.upper - margins[1])
-        slacks = Slacks(s, np.zeros_like(s), np.zeros_like(s), frame.lower, frame.upper)
+        slacks = Slacks(s - frame.lower, frame.upper - s, np.zeros_like(s), np.zeros_like(s))
         barrier = 1 / slacks.below - 1 / slacks.above
         force, gradient = (
             float(np.linalg.norm(self.system.reduced(g))) for g in (frame.pull(x, barrier), self.evaluator.gradient(x))
         )
         mu = PULL * gradient / force if gradient and force else 1.0
         return replace(slacks, down=mu / slacks.above, up=mu / slacks.below)
+
+    @property
+    def _off(self) -> np.ndarray:
+        """(bounds,) by how much the values exceed the slacks."""
+        return self._slacks.missed(self._values, self.frame)
+
+    def _missed(self, slacks: Slacks) -> float:
+        """‖(c_E, c − s)‖₁."""
+        return float(np.abs(slacks.missed(self._values, self.frame)).sum() + np.abs(self._violation).sum())
 
     def look(self, theta: float) -> Point:
         self.system = self.frame.system(self.x)
@@ -196,10 +207,10 @@ class Interior:
 
     def settled(self, point: Point, factor: AnyFactor) -> bool:
         slacks, tolerance = self._slacks, self._enough.tolerance
-        nothing = np.zeros_like(slacks.s)
+        nothing = np.zeros_like(slacks.down)
         affine = self._newton(point.gradient, factor, 0.0, nothing, nothing)
         weight = max(abs(self._objective), largest(slacks.multipliers)) or 1.0
-        missed = max(largest(self._violation), largest(self._values - slacks.s))
+        missed = max(largest(self._violation), largest(self._off))
         if slacks.gap <= min(NEAR * weight, AGAIN * self._tried) and missed <= NEAR:
             self._tried = slacks.gap
             self._held = held_newton(self.frame, self._enough, self._guess(affine), NEAR * weight)
@@ -232,7 +243,7 @@ class Interior:
     def _newton(self, gradient: np.ndarray, factor: AnyFactor, mu: float, down: np.ndarray, up: np.ndarray) -> Step:
         """The step towards the barrier of μ; down, up: products of steps of distance and multiplier, of both sides."""
         slacks, frame = self._slacks, self.frame
-        off = self._values - slacks.s
+        off = self._off
         towards_down, towards_up = (mu - down) / slacks.above, (mu - up) / slacks.below
         residual = gradient + frame.pull(self.x, towards_up - towards_down + slacks.stiffness * off)
         x, equalities = frame.step(self.system, factor, residual, self._violation)
@@ -254,7 +265,7 @@ class Interior:
     def _moved(self, step: Step, primal: float, dual: float) -> Slacks:
         slacks = self._slacks
         down, up = slacks.down + dual * step.down, slacks.up + dual * step.up
-        return replace(slacks, s=slacks.s + primal * step.s, down=down, up=up)
+        return replace(slacks.moved(primal * step.s), down=down, up=up)
 
     def outward(self, point: Point) -> np.ndarray | None:
         if self._escapes == ESCAPES:
@@ -269,20 +280,21 @@ class Interior:
     def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
         slacks, step, mu = self._slacks, self._step, self._mu
         if outward is not None:
-            nothing = np.zeros_like(slacks.s)
+            nothing = np.zeros_like(slacks.down)
             step = Step(outward, self.frame.along(self.x, outward), nothing, nothing, None)
         primal, dual = self._longest(step, BOUNDARY)
-        missed = float(np.abs(self._values - slacks.s).sum() + np.abs(self._violation).sum())
+        missed = self._missed(slacks)
         slope = float(point.gradient @ step.x) + mu * float((step.s / slacks.below - step.s / slacks.above).sum())
         if missed > 0.0:
             self._penalty = self._weighed(slope, missed, step)
-        merit = self._objective + mu * slacks.barrier(slacks.s) + self._penalty * missed
+        merit = self._objective + mu * slacks.barrier + self._penalty * missed
         slope = min(slope - self._penalty * missed, 0.0)
-        x, s, length = self._searched(step, factor, primal, merit, slope)
+        x, found, length = self._searched(step, factor, primal, merit, slope)
         if step.equalities is not None:
             self.equalities = self.equalities + length * (step.equalities - self.equalities)
         self.x = x
-        self._slacks = self._tidied(replace(self._moved(step, length, dual), s=s))
+        moved = self._moved(step, length, dual)
+        self._slacks = self._tidied(replace(moved, above=found.above, below=found.below))
         self._crawls = self._crawls + 1 if length < CRAWLING and missed > self._enough.tolerance else 0
         return length, length > SHORTEST and self._crawls <= CRAWLS
 
@@ -299,36 +311,35 @@ class Interior:
 
     def _searched(
         self, step: Step, factor: AnyFactor, length: float, merit: float, slope: float
-    ) -> tuple[np.ndarray, np.ndarray, float]:
+    ) -> tuple[np.ndarray, Slacks, float]:
         """The point accepted along a step, its slacks, and the length of the step."""
         rounding, slacks, longest = 1e-13 * (abs(merit) + 1e-300), self._slacks, length
         while True:
-            x, s = self.x + length * step.x, slacks.s + length * step.s
-            if self._merit(x, s) <= merit + 1e-4 * length * slope + rounding or length < SHORTEST:
-                return x, s, length
+            x, moved = self.x + length * step.x, slacks.moved(length * step.s)
+            if self._merit(x, moved) <= merit + 1e-4 * length * slope + rounding or length < SHORTEST:
+                return x, moved, length
             if length == longest and np.isfinite(self._objective):
                 # What the conditions' curvature adds, through the same factor.
-                off = self._values - s
+                off = moved.missed(self._values, self.frame)
                 residual = self.frame.pull(self.x, slacks.stiffness * off)
                 more, _ = self.frame.step(self.system, factor, residual, self._violation)
-                inside = s + self.frame.along(self.x, more) + off
+                inside = moved.moved(self.frame.along(self.x, more) + off)
                 if self._merit(x + more, inside) <= merit + 1e-4 * length * slope + rounding:
                     return x + more, inside, length
             length *= 0.5
 
-    def _merit(self, x: np.ndarray, s: np.ndarray) -> float:
+    def _merit(self, x: np.ndarray, slacks: Slacks) -> float:
         """The merit at a point, whose objective and conditions are kept."""
         self._objective, self._violation = self.evaluator.objective(x), self.evaluator.violation(x)
         self._values = self.frame.values(x)
-        missed = float(np.abs(self._values - s).sum() + np.abs(self._violation).sum())
-        value = self._objective + self._mu * self._slacks.barrier(s) + self._penalty * missed
+        value = self._objective + self._mu * slacks.barrier + self._penalty * self._missed(slacks)
         return value if np.isfinite(value) else inf
 
     def _tidied(self, slacks: Slacks) -> Slacks:
         """Slacks as far inside as one-sided values, and multipliers not too far from the barrier's."""
-        s = np.where(np.isfinite(slacks.lower), slacks.s, np.minimum(slacks.s, self._values))
-        s = np.where(np.isfinite(slacks.upper), s, np.maximum(s, self._values))
-        slacks = replace(slacks, s=s)
+        off = slacks.missed(self._values, self.frame)
+        inward = np.where(np.isinf(slacks.above), np.minimum(off, 0.0), 0.0)
+        slacks = slacks.moved(np.where(np.isinf(slacks.below), np.maximum(off, 0.0), inward))
         down, up = (
             np.clip(z, self._mu / (APART * distance), APART * self._mu / distance)
             for z, distance in ((slacks.down, slacks.above), (slacks.up, slacks.below))

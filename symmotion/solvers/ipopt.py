@@ -13,6 +13,7 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
+from symmotion.solvers.exchanging import exchange
 from symmotion.solvers.journal import Callback, Journal
 from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles
@@ -76,8 +77,16 @@ class Ipopt:
         object.__setattr__(self, "options", checked_options(self.options))
 
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
-        """Solve any program; start: None, a Solution with its multipliers, a motion, or (unknowns,) numbers."""
-        journal = Journal(self.max_iterations, self.time_limit, self.callback)
+        """Solve any program; start: None, a Solution with its multipliers, a motion, or (unknowns,) numbers.
+
+        Bounds that are meant for all times hold at all: see `exchange`.
+        """
+        whole = Journal(self.max_iterations)
+        return exchange(program, lambda p, s: self._at_times(p, s, whole.elapsed), start)
+
+    def _at_times(self, program: Program[DesignT], start: object, spent: float = 0.0) -> Solution[DesignT]:
+        """The solution of a program with its bounds held at the times that it has; spent: seconds before."""
+        journal = Journal(self.max_iterations, self.time_limit, self.callback, spent)
         x0 = start_vector(program, start)
         known = start_multipliers(program, start)
         evaluator, kept = Evaluator(program, self.kernels, self.threads), Kept()

@@ -27,15 +27,22 @@ class Journal:
     """The log of one solve and its clocks, which run from when it is made.
 
     max_iterations: steps before `ending` tells to stop; time_limit: wall-clock seconds before it does;
-    callback: called with every row, and where it returns True `ending` tells so too.
+    callback: called with every row, and where it returns True `ending` tells so too; spent: seconds of the limit that
+    solves before it took.
     A solve of more than two seconds shows its last row on stderr, where that is a terminal, until it ends.
     log: the rows so far; linear: seconds that `timed` has measured.
     """
 
-    def __init__(self, max_iterations: int, time_limit: float | None = None, callback: Callback | None = None):
+    def __init__(
+        self,
+        max_iterations: int,
+        time_limit: float | None = None,
+        callback: Callback | None = None,
+        spent: float = 0.0,
+    ):
         self.log: list[Iteration] = []
         self.linear = 0.0
-        self._most, self._limit, self._callback = max_iterations, time_limit, callback
+        self._most, self._limit, self._callback, self._spent = max_iterations, time_limit, callback, spent
         self._began = self._since = perf_counter()
         self._compile = self._solve = 0.0
         self._stopped = False
@@ -57,7 +64,7 @@ class Journal:
     @property
     def left(self) -> float:
         """Seconds before the time limit, infinite where there is none."""
-        return inf if self._limit is None else self._limit - self.elapsed
+        return inf if self._limit is None else self._limit - self._spent - self.elapsed
 
     def compiled(self) -> None:
         """What came before counts as compilation, what comes after as solving."""

@@ -10,6 +10,7 @@ from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import Bounded, DesignT, Evaluator, Program
 from symmotion.solvers.descent import LEAST, Enough, Point, descend
+from symmotion.solvers.exchanging import exchange
 from symmotion.solvers.feasibility import find_feasible
 from symmotion.solvers.frame import Frame
 from symmotion.solvers.interior import Interior
@@ -88,8 +89,16 @@ class ExactNewton:
         require_kernels(self.kernels, self.threads)
 
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
-        """Solve a program; start: None, a Solution, a motion, or (unknowns,) numbers."""
-        journal = Journal(self.max_iterations, self.time_limit, self.callback)
+        """Solve a program; start: None, a Solution, a motion, or (unknowns,) numbers.
+
+        Bounds that are meant for all times hold at all: see `exchange`.
+        """
+        whole = Journal(self.max_iterations)
+        return exchange(program, lambda p, s: self._at_times(p, s, whole.elapsed), start)
+
+    def _at_times(self, program: Program[DesignT], start: object, spent: float = 0.0) -> Solution[DesignT]:
+        """The solution of a program with its bounds held at the times that it has; spent: seconds before."""
+        journal = Journal(self.max_iterations, self.time_limit, self.callback, spent)
         x = start_vector(program, start)
         # One of a series, such as the edits of a keyframe: the compiler is repaid.
         repeated = self.kernels == "auto" and isinstance(start, Solution)

@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from symmotion.program import Block, DesignT, Evaluator, Program
+from symmotion.solvers.exchanging import exchange
 from symmotion.solvers.ipopt import (
     CASADI,
     SYMBOLIC,
@@ -39,8 +40,16 @@ class PlainIpopt:
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
 
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
-        """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
-        journal = Journal(self.max_iterations, self.time_limit, self.callback)
+        """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers.
+
+        Bounds that are meant for all times hold at all: see `exchange`.
+        """
+        whole = Journal(self.max_iterations)
+        return exchange(program, lambda p, s: self._at_times(p, s, whole.elapsed), start)
+
+    def _at_times(self, program: Program[DesignT], start: object, spent: float = 0.0) -> Solution[DesignT]:
+        """The solution of a program with its bounds held at the times that it has; spent: seconds before."""
+        journal = Journal(self.max_iterations, self.time_limit, self.callback, spent)
         x0 = start_vector(program, start)
         evaluator, kept = Evaluator(program), Kept()
         settings = ipopt_settings(self, evaluator, x0, journal)

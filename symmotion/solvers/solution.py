@@ -16,6 +16,7 @@ from symmotion.program import (
     Design,
     DesignT,
     Evaluator,
+    Excess,
     Integrated,
     MotionT,
     Multipliers,
@@ -80,6 +81,57 @@ class Seconds:
         return (self.build or 0.0) + (self.compile or 0.0) + (self.solve or 0.0)
 
 
+@dataclass(frozen=True)
+class Round:
+    """One solve of an exchange, see `solvers.exchange`.
+
+    times: by constraint, at how many times it was held; excess: by constraint, certified or sampled, of what came out.
+    """
+
+    times: Mapping[str, int]
+    excess: Mapping[str, Excess]
+    objective: float
+    iterations: int
+
+    @property
+    def worst(self) -> float:
+        """The largest excess."""
+        return max(e.value for e in self.excess.values())
+
+
+@dataclass(frozen=True)
+class Course:
+    """How bounds came to hold everywhere: tolerance, of their excess; rounds, all solves, the solution's the last."""
+
+    tolerance: float
+    rounds: tuple[Round, ...]
+
+    @property
+    def before(self) -> Mapping[str, Excess]:
+        """By constraint, the excess after the first solve."""
+        return self.rounds[0].excess
+
+    @property
+    def after(self) -> Mapping[str, Excess]:
+        """By constraint, the excess of the solution."""
+        return self.rounds[-1].excess
+
+    @property
+    def holds(self) -> bool:
+        """Whether nothing is exceeded by more than the tolerance."""
+        return self.rounds[-1].worst <= self.tolerance
+
+    def __str__(self) -> str:
+        lines = [f"exchange: {len(self.rounds)} rounds, to an excess of {self.tolerance:.0e}"]
+        for k, r in enumerate(self.rounds):
+            held = ", ".join(
+                f"{name} at {n} times, {r.excess[name].kind} excess {r.excess[name].value:.2g}"
+                for name, n in r.times.items()
+            )
+            lines.append(f"  {k}: objective {r.objective:.9g}, {r.iterations} iterations; {held}")
+        return "\n".join(lines)
+
+
 @dataclass(frozen=True, eq=False)
 class Solution(Generic[DesignT]):
     """A solver's answer to a program.
@@ -87,6 +139,7 @@ class Solution(Generic[DesignT]):
     x (unknowns,), multiplier_vector (conditions,): where it ended; solver: the solver's repr,
     its provenance; method: its short name; tolerance: the solver's; log: its iterations;
     message: what it said where it did not solve; evaluations: how often what was evaluated, by kind, where known.
+    exchange: how bounds that are meant for all times came to hold; None of programs without.
     """
 
     program: Program[DesignT]
@@ -101,6 +154,7 @@ class Solution(Generic[DesignT]):
     seconds: Seconds
     message: str = ""
     evaluations: Mapping[str, int] = field(default_factory=dict)
+    exchange: Course | None = None
 
     __getstate__ = made_of
 
@@ -197,7 +251,10 @@ class Solution(Generic[DesignT]):
         c = self.certificate
         rough = c.quadrature > QUADRATURE * abs(c.objective)
         objective = f"{c.objective:.9g}{f' ± {c.quadrature:.1e} (quadrature)' if rough else ''}"
+        enough = self.tolerance if self.exchange is None else max(self.tolerance, self.exchange.tolerance)
+        name, worst = max(c.excess.items(), key=lambda item: item[1].value, default=("", None))
+        over = f", {worst.kind} excess {worst.value:.1e} of {name}" if worst and worst.value > enough else ""
         return (
             f"Solution({self.method}: {self.status}, objective {objective}, stationarity {c.stationarity:.1e}, "
-            f"violation {c.violation:.1e}, inertia {c.inertia}, {self.iterations} iterations)"
+            f"violation {c.violation:.1e}, inertia {c.inertia}{over}, {self.iterations} iterations)"
         )

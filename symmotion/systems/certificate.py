@@ -1,6 +1,7 @@
 """What is true at a point with multipliers, computed the same way whatever solver returned them."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy import sparse
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.program.evaluate import Evaluator
+from symmotion.program.everywhere import Excess, excess_at
 from symmotion.program.program import Integrated, Program
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import EPS
@@ -62,6 +64,33 @@ class Certificate:
     quadrature: float = 0.0
     unresolved: tuple[str, ...] = ()
 
+    @cached_property
+    def excess(self) -> Mapping[str, Excess]:
+        """By name of the constraint, of every bound, and of every condition that is meant for all times.
+
+        By how far the point exceeds it anywhere along the motion where it is meant for all times; at its own times
+        where it has some. See `Excess`. Found when it is first asked for; empty of a certificate without its
+        point (`at`).
+        """
+        point: tuple[Program, np.ndarray] | None = self.__dict__.get("_point")
+        if point is None or not np.isfinite(point[1]).all():
+            return {}
+        program, x = point
+        parts, found = program.split(Evaluator(program, "interpreted").values(x)), {}
+        motion = program.design.motion(program.unpack(x)) if any(c.everywhere for c in program.constraints) else None
+        for c in program.constraints:
+            if c.everywhere is not None:
+                found[c.name] = c.everywhere.excess(motion, c.parameter_values)
+            elif not c.is_equality:
+                found[c.name] = excess_at(parts[c.name], c.lower, c.upper, c.times, c.power)
+        return found
+
+    def at(self, program: Program, x: np.ndarray) -> "Certificate":
+        """The same certificate, which knows its point (unknowns,) of a program."""
+        fresh = replace(self)
+        fresh.__dict__["_point"] = program, x
+        return fresh
+
     def holds(self, tolerance: float) -> bool:
         """Whether the point is a minimum to a tolerance, as far as first and second derivatives tell.
 
@@ -112,7 +141,7 @@ def certify(
     multipliers = checks.array(multipliers, (program.conditions,), "multipliers", finite=False)
     if not (np.isfinite(x).all() and np.isfinite(multipliers).all()):
         return NOWHERE
-    return _Inspection(program, evaluator or Evaluator(program), x, multipliers).certificate()
+    return _Inspection(program, evaluator or Evaluator(program), x, multipliers).certificate().at(program, x)
 
 
 @dataclass(frozen=True, eq=False)

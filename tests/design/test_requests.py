@@ -44,7 +44,7 @@ def test_body_points_stay_above_a_floor():
     assert solution.motion.trajectory(POINTS, times)[..., 2].min() > floor - 1e-6
     assert solution.multipliers["floor"].min() < -1e-6  # a lower bound presses the other way
     assert solution.objective > free.objective
-    assert "sampled at" in str(solution.program)
+    assert "everywhere, held at" in str(solution.program)
 
 
 def test_angular_rate_and_acceleration_bounded_on_an_affine_motion():

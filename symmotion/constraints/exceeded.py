@@ -1,0 +1,86 @@
+"""By how far a motion that is there exceeds a constraint, anywhere along it or at the times that are asked."""
+
+from typing import Any
+
+import numpy as np
+
+from symmotion.constraints.along import watched
+from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
+from symmotion.errors import InputError
+from symmotion.jets.linear import LinearSpace, affine_space, curve_space
+from symmotion.jets.seen import Seen, seen
+from symmotion.motions import AffineMotion, Keyframes
+from symmotion.program import BlockEvaluator, Constraint, Excess, excess_at
+from symmotion.splines import Spline
+
+
+# Any: a motion or curve of the user's own, which is asked for what it has.
+def excess(motion: Any, constraint: MotionConstraint, *, keys: Keyframes | None = None) -> Excess:
+    """By how far a constraint is exceeded anywhere along a motion, whoever made it.
+
+    max(0, (value − upper) / |upper|, (lower − value) / |lower|), absolute where a bound is 0, over all components and
+    times, of the quantity that is named: ‖v‖ of a speed, whatever is compared. A constraint `at` times is looked at
+    there alone.
+
+    motion: affine, pose, orientation or curve; any other that is called with (times, order) and has a `domain`;
+        or a mapping of several by name, for a constraint that couples them.
+    keys: the keyframes of constraints that speak of them (`Tolerance`, `Velocity`, …).
+
+    Returns an `Excess`: `value`, `time`, `kind`. "certified" is a bound: expressions of sums, products, quotients,
+    whole powers and roots of the jet are polynomials on every span of a spline (or their quotients and roots), and lie
+    in the hull of their Bernstein coefficients, which subdivision closes to 1e-9; quaternion curves are polynomials up
+    to a remainder that is bounded too (`jets.turned`). "sampled" is the largest of many samples, where the motion is
+    no spline or the expression something else. Source: Farouki 2012.
+
+        import symmotion as sm
+
+        keys = sm.examples.spatial_keyframes()
+        motion = sm.ExactNewton().solve(sm.affine_program(keys)).motion
+        print(sm.excess(motion, sm.SpeedBound([[0.0, 0.0, 0.0]], 2.0)))
+    """
+    if not isinstance(constraint, MotionConstraint):
+        raise InputError(f"constraint {constraint!r} is no condition on a motion: excess(motion, constraint)")
+    motions = [seen(m) for m in motion.values()] if isinstance(motion, dict) else [seen(motion)]
+    space = _space(motion)
+    setting = _setting(motions if space is None else [space], keys)
+    if type(constraint).build not in (MotionConstraint.build, JetConstraint.build):
+        if space is None:
+            raise InputError(
+                f"{constraint.name}: a condition on the controls of a spline, not on a {type(motion).__name__}"
+            )
+        return _at_nodes(constraint.build(setting), _controls(motion))
+    stated = constraint.stated(setting)
+    if stated.at is None and stated.data is None:
+        return watched(stated, motions, {k: np.asarray(v) for k, v in (stated.parameters or {}).items()}).excess()
+    return stated.excess_at(motions)
+
+
+def _space(motion: object) -> LinearSpace | None:
+    """The space of a spline motion or curve, None of others."""
+    if isinstance(motion, AffineMotion):
+        d = motion.dimension
+        return affine_space(motion.basis, d, d * d + d)
+    if isinstance(motion, Spline):
+        return curve_space(motion.basis, motion.control_points.shape[1:])
+    return None
+
+
+def _controls(motion: Any) -> np.ndarray:  # Any: one that has a space
+    spline = motion.spline if isinstance(motion, AffineMotion) else motion
+    return spline.control_points.reshape(spline.basis.n, -1)
+
+
+def _setting(spaces: list[LinearSpace] | list[Seen], keys: Keyframes | None) -> Setting:
+    # What states a condition asks of a space what all jets have: symbols, domain and breakpoints.
+    whole: Any = tuple(spaces)
+    if keys is None:
+        return Setting(whole, np.empty(0), held=False)
+    rigid = not isinstance(spaces[0], LinearSpace)
+    quaternions = keys.rotations().as_quat()[:, [3, 0, 1, 2]] if rigid else None
+    return Setting(whole, keys.times, keys.linear, keys.translation, quaternions)
+
+
+def _at_nodes(constraint: Constraint, controls: np.ndarray) -> Excess:
+    """The excess of a constraint on the controls of a spline, at its nodes."""
+    values = BlockEvaluator(constraint.block).out(constraint.block.rows(controls))
+    return excess_at(values, constraint.lower, constraint.upper, constraint.times, constraint.power)

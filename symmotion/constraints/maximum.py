@@ -1,0 +1,292 @@
+"""How far an expression of jets exceeds its bounds anywhere: certified by Bernstein coefficients, or sampled."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from symmotion.jets.enclosed import Form, NotPolynomialError, Tape, values
+from symmotion.jets.jet import AnyJet
+from symmotion.jets.seen import Seen
+from symmotion.program.everywhere import Excess, beyond
+from symmotion.splines.pieces import EPS, Poly, halves
+
+# Relative to the limit: how closely a bound is attained.
+SHARP = 1e-9
+# Parts of a span that are looked at one by one: more where a quaternion curve turns too far for few.
+PARTS = (1, 2, 4, 8, 16, 32)
+DEEPEST = 48
+MOST_PIECES = 400_000
+SAMPLES = 8
+# Samples in each span where they are all that is known.
+DENSE = 64
+# Where the end of a span is looked at from its inside, as a share of it.
+INSIDE = 1e-9
+
+
+@dataclass(frozen=True)
+class Side:
+    """One bound of one component: sign 1 for value ≤ limit, −1 for value ≥ limit; power: see `JetConstraint`."""
+
+    component: int
+    sign: float
+    limit: float
+    power: int
+
+    def excess(self, x: np.ndarray) -> np.ndarray:
+        """By how far the values exceed it, below 0 inside; increases with sign · x."""
+        return beyond(x, self.limit, self.sign, self.power)
+
+
+def sides_of(lower: np.ndarray, upper: np.ndarray, power: int) -> list[Side]:
+    """The finite bounds (C,) of each component."""
+    found = []
+    for k, (low, high) in enumerate(zip(lower.tolist(), upper.tolist(), strict=True)):
+        found += [Side(k, -1.0, low, power)] if np.isfinite(low) else []
+        found += [Side(k, 1.0, high, power)] if np.isfinite(high) else []
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Watched:
+    """An expression of the jets of motions at one time, with its bounds.
+
+    seen: the motions; jets: theirs, of symbols; out: (C, 1) of their entries; lower, upper: (C,).
+    """
+
+    seen: Sequence[Seen]
+    jets: Sequence[AnyJet]
+    out: ca.SX
+    lower: np.ndarray
+    upper: np.ndarray
+    power: int = 1
+
+    @cached_property
+    def sides(self) -> list[Side]:
+        return sides_of(self.lower, self.upper, self.power)
+
+    @cached_property
+    def _entries(self) -> ca.SX:
+        return ca.vertcat(*(jet.entries for jet in self.jets))
+
+    @cached_property
+    def _tape(self) -> Tape:
+        return Tape.of(self._entries, self.out)
+
+    @cached_property
+    def _values(self):
+        return values(self._entries, self.out)
+
+    @cached_property
+    def breaks(self) -> np.ndarray:
+        a, b = max(s.domain[0] for s in self.seen), min(s.domain[1] for s in self.seen)
+        marks = np.unique(np.concatenate([s.breakpoints for s in self.seen]))
+        return np.concatenate([[a], marks[(marks > a) & (marks < b)], [b]])
+
+    @cached_property
+    def _shares(self) -> list[tuple[Seen, list[int], int]]:
+        """Of each motion the entries that are read, and where the first of its entries is."""
+        found, first = [], 0
+        for seen, jet in zip(self.seen, self.jets, strict=True):
+            size = jet.entries.numel()
+            found.append((seen, [i - first for i in self._tape.needed if first <= i < first + size], first))
+            first += size
+        return found
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """(N, C) the expression at times (N,), or (N, s) of each jet."""
+        times = times if times.ndim > 1 else np.repeat(times[:, None], len(self.seen), axis=1)
+        parts = [seen.numbers(times[:, k], needed) for k, (seen, needed, _) in enumerate(self._shares)]
+        return self._values(np.concatenate(parts, axis=1))
+
+    def excesses(self, times: np.ndarray) -> np.ndarray:
+        """(N,) the largest excess of all bounds at times, below 0 inside; infinite where a value is no number."""
+        found = self.at(times)
+        every = np.stack([side.excess(found[:, side.component]) for side in self.sides])
+        return np.where(np.isnan(every), np.inf, every).max(axis=0)
+
+    def excess(self) -> Excess:
+        """The excess anywhere."""
+        if self._tape.algebraic:
+            try:
+                return self._certified()
+            except NotPolynomialError:
+                pass
+        return self._sampled()
+
+    def _certified(self) -> Excess:
+        left, right = self.breaks[:-1], self.breaks[1:]
+        bound, attained, time = -np.inf, -np.inf, float(left[0])
+        for parts in PARTS:
+            share = np.arange(parts + 1) / parts
+            ends = left[:, None] + (right - left)[:, None] * share
+            ends[:, -1] = right
+            forms = self._tape.on(self._pieces(ends[:, :-1].ravel(), ends[:, 1:].ravel()))
+            found = [_highest(forms[s.component], s, ends[:, :-1].ravel(), ends[:, 1:].ravel()) for s in self.sides]
+            attained, time = max((attained, time), *((f.attained, f.time) for f in found))
+            here, enough = max(f.bound for f in found), max(attained, 0.0) + SHARP
+            if here <= enough or parts == PARTS[-1]:
+                return Excess(max(0.0, bound, here), time)
+            # Where the remainder of a quaternion curve is too large for a bound, its spans are parted.
+            first = np.max([f.first for f in found], axis=0).reshape(-1, parts).max(axis=1)
+            bound = max(bound, float(first[first <= enough].max(initial=-np.inf)))
+            left, right = left[first > enough], right[first > enough]
+        raise AssertionError("the last number of parts returns")
+
+    def _pieces(self, left: np.ndarray, right: np.ndarray) -> dict[int, Poly]:
+        """The entries that are read, by their number, on pieces from left to right."""
+        entries = {}
+        for seen, needed, first in self._shares:
+            pieces = seen.pieces(left, right, needed) if needed else {}
+            if pieces is None:
+                raise NotPolynomialError
+            entries |= {first + i: poly for i, poly in pieces.items()}
+        return entries
+
+    def _sampled(self) -> Excess:
+        times = _inner(self.breaks, DENSE)
+        found = self.excesses(times)
+        peaks, heights = self._refined(times, _local(found), found)
+        k = int(np.argmax(heights))
+        return Excess(max(0.0, float(heights[k])), float(peaks[k]), "sampled")
+
+    def peaks(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times (K,) of the local maxima of the excess of every bound, in order, and the excess there."""
+        times = _inner(self.breaks, SAMPLES)
+        values, found = self.at(times), []
+        for side in self.sides:
+            excess = side.excess(values[:, side.component])
+            excess = np.where(np.isnan(excess), np.inf, excess)
+            found.append(np.stack(self._refined(times, _local(excess), excess, side)))
+        both = np.concatenate(found, axis=1)
+        order = np.argsort(both[0], kind="stable")
+        return both[0][order], both[1][order]
+
+    def _refined(
+        self, times: np.ndarray, local: np.ndarray, excess: np.ndarray, side: Side | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Maxima near samples: the intervals about them searched, all at once, by ever finer samples."""
+        low, high = times[np.maximum(local - 1, 0)], times[np.minimum(local + 1, len(times) - 1)]
+        best, height = times[local], excess[local]
+        share = np.linspace(0.0, 1.0, 9)[:, None]
+        for _ in range(12):
+            grid = low + share * (high - low)
+            found = self._of(grid.ravel(), side).reshape(grid.shape)
+            k = np.argmax(found, axis=0)
+            columns = np.arange(len(local))
+            better = found[k, columns] > height
+            best = np.where(better, grid[k, columns], best)
+            height = np.where(better, found[k, columns], height)
+            step = (high - low) / 8
+            low, high = np.maximum(best - step, low), np.minimum(best + step, high)
+            if not (high - low > 1e-10 * (times[-1] - times[0])).any():
+                break
+        return best, height
+
+    def _of(self, times: np.ndarray, side: Side | None) -> np.ndarray:
+        if side is None:
+            return self.excesses(times)
+        found = side.excess(self.at(times)[:, side.component])
+        return np.where(np.isnan(found), np.inf, found)
+
+
+def _inner(breaks: np.ndarray, samples: int) -> np.ndarray:
+    """Times in every span, its begin and its end among them, the latter from the inside."""
+    share = np.append(np.arange(samples) / samples, 1 - INSIDE)
+    times = (breaks[:-1, None] + np.diff(breaks)[:, None] * share).ravel()
+    return np.append(times, breaks[-1])
+
+
+def _local(excess: np.ndarray) -> np.ndarray:
+    """The samples that are not below their neighbours, one of each plateau."""
+    before, after = np.append(-np.inf, excess[:-1]), np.append(excess[1:], -np.inf)
+    return np.flatnonzero((excess > before) & (excess >= after))
+
+
+@dataclass(frozen=True, eq=False)
+class _Highest:
+    """Of one side on all pieces: a bound of its excess, the largest value found and when; first: (S,) bounds."""
+
+    bound: float
+    attained: float
+    time: float
+    first: np.ndarray
+
+
+def _highest(form: Form, side: Side, left: np.ndarray, right: np.ndarray) -> _Highest:
+    # The excess increases with `way` times what is under the root.
+    way = side.sign if form.scale is None or form.scale >= 0 else -side.sign
+
+    def judged(x: np.ndarray) -> np.ndarray:
+        inner = way * x
+        if form.scale is not None:
+            inner = form.offset + form.scale * np.sqrt(np.maximum(inner, 0.0))
+        found = side.excess(inner)
+        return found + 8 * EPS * (1 + np.abs(found))
+
+    pieces, first = _Pieces.of(form, way, left, right), None
+    bound, best, time = -np.inf, -np.inf, float(left[0])
+    for depth in range(DEEPEST):
+        high, ends, stuck = pieces.hull()
+        upper, lower = judged(high), judged(ends)
+        first = upper if first is None else first
+        k = np.unravel_index(int(np.argmax(lower)), lower.shape)
+        if lower[k] > best:
+            best, time = float(lower[k]), float((pieces.left, pieces.right)[k[0]][k[1]])
+        split = (upper > max(best, 0.0) + SHARP) & ~stuck
+        if depth == DEEPEST - 1 or 2 * split.sum() > MOST_PIECES:
+            split = np.zeros_like(split)
+        bound = max(bound, float(upper[~split].max(initial=-np.inf)))
+        if not split.any():
+            break
+        pieces = pieces.halved(split)
+    assert first is not None
+    return _Highest(max(bound, best), best, time, first)
+
+
+@dataclass(frozen=True, eq=False)
+class _Pieces:
+    """Pieces from left to right; of numerator and denominator coefficients (n + 1, S), sizes and errors (S,)."""
+
+    left: np.ndarray
+    right: np.ndarray
+    parts: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
+
+    @staticmethod
+    def of(form: Form, way: float, left: np.ndarray, right: np.ndarray) -> "_Pieces":
+        parts = []
+        for poly, sign in ((form.top, way), (form.bottom, 1.0)):
+            if poly is not None:
+                whole = np.broadcast_to(sign * poly.raised(form.degree), (form.degree + 1, len(left)))
+                parts.append((whole, np.broadcast_to(poly.size, len(left)), np.broadcast_to(poly.error, len(left))))
+        return _Pieces(left, right, tuple(parts))
+
+    def halved(self, which: np.ndarray) -> "_Pieces":
+        """The halves of some."""
+        left, right = self.left[which], self.right[which]
+        middle, parts = 0.5 * (left + right), []
+        for coefficients, size, error in self.parts:
+            both = np.concatenate(halves(coefficients[:, which]), axis=1)
+            rounding = (len(coefficients) + 2) * EPS * size[which]
+            parts.append((both, np.tile(size[which], 2), np.tile(error[which] + rounding, 2)))
+        return _Pieces(np.concatenate([left, middle]), np.concatenate([middle, right]), tuple(parts))
+
+    def hull(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of each piece a bound (S,), certain values at its ends (2, S), and whether parts would tell no more (S,)."""
+        if len(self.parts) == 1:
+            ((top, _, error),) = self.parts
+            most, ends = top.max(axis=0), top[[0, -1]]
+            return most + error, ends - error, most - ends.max(axis=0) <= error
+        # A quotient lies in the hull of the quotients of coefficients where the denominator has one sign.
+        (top, _, error), (bottom, _, off) = self.parts
+        sign = np.sign(bottom[0])
+        least = (bottom * sign).min(axis=0) - off
+        good = least > 0
+        ratios = top / np.where(good, bottom, 1.0)
+        most, ends = ratios.max(axis=0), ratios[[0, -1]]
+        size = np.abs(ratios).max(axis=0)
+        slack = (error + size * off) / np.where(good, least, 1.0) + 4 * EPS * size
+        stuck = good & (most - ends.max(axis=0) <= slack)
+        return np.where(good, most + slack, np.inf), np.where(good, ends - slack, -np.inf), stuck

@@ -1,0 +1,74 @@
+"""What is known of a bound between the times at which a program holds it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+import numpy as np
+
+Kind = Literal["certified", "sampled"]
+
+
+@dataclass(frozen=True)
+class Excess:
+    """By how far a constraint is exceeded: `float(excess)` is the value.
+
+    value: ≥ 0, relative to the limit, absolute where that is 0, of the quantity that is named (a speed, not its
+        square); infinite where the quantity is.
+    time: where it is worst, or nearest to its limit where it holds; NaN of conditions that have no time.
+    kind: "certified", value is a bound, rounding included, and is attained to 1e-9 of the limit (of a condition at
+        given times it is the value there, up to the rounding of the expression); or "sampled", the largest of many
+        samples, refined by a search in one dimension, which may miss what is narrow.
+    """
+
+    value: float
+    time: float
+    kind: Kind = "certified"
+
+    def __float__(self) -> float:
+        return self.value
+
+
+def beyond(values: np.ndarray, limit: np.ndarray | float, sign: float, power: int) -> np.ndarray:
+    """By how far values exceed a limit, upwards for sign 1, downwards for −1; below 0 inside.
+
+    (q − l)/|l|, or q − l where the limit is 0, of the quantity q whose `power` the value is.
+    """
+    named, most = _quantity(values, power), _quantity(np.asarray(limit, dtype=float), power)
+    return sign * (named - most) / np.where(most == 0, 1.0, np.abs(most))
+
+
+def _quantity(values: np.ndarray, power: int) -> np.ndarray:
+    return values if power == 1 else np.maximum(values, 0.0) ** (1 / power)
+
+
+def excess_at(values: np.ndarray, lower: np.ndarray, upper: np.ndarray, times: np.ndarray | None, power: int) -> Excess:
+    """The excess of values (N, C) at times (N, s), with bounds (N, C)."""
+    worst = np.full(values.shape, -np.inf)
+    for bound, sign in ((lower, -1.0), (upper, 1.0)):
+        there = np.isfinite(bound)
+        worst[there] = np.maximum(worst[there], beyond(values[there], bound[there], sign, power))
+    worst[~np.isfinite(values)] = np.inf
+    row = int(np.argmax(worst.max(axis=1)))
+    return Excess(max(0.0, float(worst[row].max())), float("nan") if times is None else float(times[row, 0]))
+
+
+class Everywhere(Protocol):
+    """A condition that is meant for all times, from which a program holds it at some of them."""
+
+    def excess(self, motion: object, parameters: Mapping[str, np.ndarray]) -> Excess:
+        """By how far a motion of the program exceeds it."""
+        ...
+
+    def peaks(self, motion: object, parameters: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """The times (K, s) of all local maxima of its excess, as the program tells times, and the excess there (K,)."""
+        ...
+
+    def excesses(self, motion: object, parameters: Mapping[str, np.ndarray], times: np.ndarray) -> np.ndarray:
+        """(N,) its excess at times (N, s), as the program tells them; below 0 inside."""
+        ...
+
+    # Any: a Constraint, which has one of these.
+    def at(self, times: np.ndarray, constraint: Any) -> Any:
+        """The constraint held at other times (N, s), its kernel and its parameters kept."""
+        ...
