@@ -7,7 +7,6 @@ import platform
 import shlex
 import shutil
 import subprocess
-import threading
 import warnings
 from collections.abc import Sequence
 from functools import lru_cache
@@ -16,13 +15,14 @@ from tempfile import TemporaryDirectory
 
 import casadi as ca
 
+from symmotion.forking import ForkedLock
 from symmotion.kernels import kernel, source
 
 # No contraction to fused multiply-adds and no fast-math: the same bits as the interpreter's.
 FLAGS = ("-O2", "-std=gnu11", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", "-fPIC", "-shared")
 PATIENCE = 120  # seconds; the largest kernels take some
 LARGEST = 20_000  # instructions: compilers take more than proportionally long, minutes for 100,000
-_BUILDING = threading.Lock()
+_BUILDING = ForkedLock()
 
 
 class MachineFunction:

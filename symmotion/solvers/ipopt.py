@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import InitVar, dataclass, field
 from math import inf
-from threading import Lock
 from typing import Any, TypeAlias
 
 import casadi as ca
 import numpy as np
 
 from symmotion.errors import InputError
+from symmotion.forking import ForkedLock
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.journal import Callback, Journal
@@ -28,7 +28,7 @@ TAKEN = {"tol": "tolerance", "max_iter": "max_iterations", "max_wall_time": "tim
 # What CasADi tells and does not tell.
 CASADI = {"print_time": False, "record_time": True, "show_eval_warnings": False}
 # `Opti` differentiates and expands while it solves, without the interpreter's lock: two at a time crash.
-SYMBOLIC = Lock()
+SYMBOLIC = ForkedLock()
 # IPOPT's own test against that of the certificate, which does not depend on units: an iteration more.
 FINER = 1e-4
 ENDINGS = {

@@ -74,7 +74,8 @@ class Solution(Generic[DesignT]):
 
     x (unknowns,), multiplier_vector (conditions,): where it ended; solver: the solver's repr,
     its provenance; method: its short name; tolerance: the solver's; log: its iterations;
-    message: what it said where it did not solve.
+    message: what it said where it did not solve; interrupted: whether a callback or the time limit ended it, with a
+    solution or without, so that it may end elsewhere another time.
     """
 
     program: Program[DesignT]
@@ -88,6 +89,7 @@ class Solution(Generic[DesignT]):
     log: tuple[Iteration, ...]
     seconds: Seconds
     message: str = ""
+    interrupted: bool = False
 
     __getstate__ = made_of
 

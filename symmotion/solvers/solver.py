@@ -108,6 +108,7 @@ def conclude(
     it claims success; evaluator: one of the program, if there is one.
     """
     require_program(program)
+    interrupted = failure is not None and failure[0] in (Status.STOPPED, Status.TIME_LIMIT)
     certificate = certify(program, x, multipliers, evaluator)
     wanting = certificate.wanting(solver.tolerance)
     if wanting and failure is None:
@@ -130,4 +131,5 @@ def conclude(
         tuple(log),
         seconds or Seconds(),
         message,
+        interrupted,
     )

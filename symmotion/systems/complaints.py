@@ -3,11 +3,13 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr
-from threading import Lock, get_ident
+from threading import get_ident
 from typing import Any, TextIO
 
+from symmotion.forking import ForkedLock
+
 # There is one sys.stderr: two threads that replaced it at the same time would put back each other's.
-_REPLACED = Lock()
+_REPLACED = ForkedLock()
 
 
 class _Listener:
