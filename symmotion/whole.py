@@ -87,7 +87,7 @@ def _tidy(place: Path) -> None:
         left = [Path(e.path) for e in entries if e.name.startswith(PREFIX) and e.is_dir(follow_symlinks=False)]
     for directory in left:
         held = _hold(directory)
-        if held is not None and held != TAKEN or held is None and _forgotten(directory):
+        if (held is not None and held != TAKEN) or (held is None and _forgotten(directory)):
             rmtree(directory, ignore_errors=True)
         _release(held)
 

@@ -76,7 +76,9 @@ def solve_many(
     place. Where a worker process was killed and with it the executor, its work goes on in processes of our own.
     Raises InputError for what is no program, and for a results file that cannot be used.
     """
-    answers = solve_each(programs, solver, executor, results=results, retry=retry, progress=progress, chunk=chunk, ahead=ahead)
+    answers = solve_each(
+        programs, solver, executor, results=results, retry=retry, progress=progress, chunk=chunk, ahead=ahead
+    )
     return list(answers)
 
 
@@ -158,9 +160,7 @@ def _solve(
 class _Batch:
     """What a batch has answered so far, and keeps until it is its turn; the file and the tally with it."""
 
-    def __init__(
-        self, solver: Solver, file: ResultsFile | None, retry: bool, progress: Callable[[Tally], None] | None
-    ):
+    def __init__(self, solver: Solver, file: ResultsFile | None, retry: bool, progress: Callable[[Tally], None] | None):
         self._solver, self._file, self._retry, self._progress = solver, file, retry, progress
         self._began = perf_counter()
         self._done = self._found = self._failed = self._next = 0

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.forking import ForkedLock
+from symmotion.forking import ForkedLock, Section
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.journal import Callback, Journal
@@ -29,6 +29,7 @@ TAKEN = {"tol": "tolerance", "max_iter": "max_iterations", "max_wall_time": "tim
 CASADI = {"print_time": False, "record_time": True, "show_eval_warnings": False}
 # `Opti` differentiates and expands while it solves, without the interpreter's lock: two at a time crash.
 SYMBOLIC = ForkedLock()
+RUNNING = Section("IPOPT")
 # IPOPT's own test against that of the certificate, which does not depend on units: an iteration more.
 FINER = 1e-4
 ENDINGS = {
@@ -104,7 +105,7 @@ def _accepted(name: str, value: IpoptOption) -> bool:
     """Whether IPOPT takes an option: on x² = min, which tells of missing linear solvers too."""
     x = ca.SX.sym("x")
     quiet = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": False}
-    with SYMBOLIC:
+    with RUNNING, SYMBOLIC:
         try:
             trial = ca.nlpsol("trial", "ipopt", {"x": x, "f": x**2}, {**quiet, f"ipopt.{name}": value})
             trial(x0=1.0)
@@ -157,7 +158,7 @@ def _solved(
     }
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], options)
     evaluator.seconds = 0.0
-    with watching(watch, solver.stats):
+    with RUNNING, watching(watch, solver.stats):
         result = solver(x0=x0, lbg=program.lower, ubg=program.upper)
     x, multipliers = np.asarray(result["x"]).ravel(), np.asarray(result["lam_g"]).ravel()
     return IpoptAnswer(x, multipliers, solver.stats(), evaluator.seconds)

@@ -9,6 +9,7 @@ import numpy as np
 from symmotion.program import Block, DesignT, Evaluator, Program
 from symmotion.solvers.ipopt import (
     CASADI,
+    RUNNING,
     SYMBOLIC,
     IpoptAnswer,
     IpoptOption,
@@ -44,7 +45,7 @@ class PlainIpopt:
         x0 = start_vector(program, start)
         evaluator, kept = Evaluator(program), Kept()
         settings = ipopt_settings(self, evaluator, x0, journal)
-        with SYMBOLIC, kept.guard():
+        with RUNNING, SYMBOLIC, kept.guard():
             problem = _Problem(program, kept)
             answer = problem.solve(x0, settings, journal, kept)
             del problem  # while it is alone: it lets go of functions that others use
