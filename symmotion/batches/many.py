@@ -25,6 +25,7 @@ NEWTON = ExactNewton()
 Asked: TypeAlias = Program | tuple[Program, object]
 # Answers that may wait for an earlier one before no more programs are taken.
 WAITING = 4096
+MOST_PROCESSES = 4096
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ def solve_each(
     if results is not None and type(solver).__repr__ is object.__repr__:
         raise InputError(f"solver {solver!r}: with a results file its repr has to tell its options, write a __repr__")
     if isinstance(executor, Real):
-        executor = whole(executor, 1, "executor", " of processes")
+        executor = whole(executor, 1, "executor", " of processes", most=MOST_PROCESSES)
     elif not (executor is None or callable(getattr(executor, "submit", None))):
         raise InputError(
             f"executor {executor!r}: None, a number of processes or a concurrent.futures executor is needed"

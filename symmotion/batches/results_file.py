@@ -116,7 +116,7 @@ class ResultsFile:
     def add(self, name: str, solution: Solution) -> None:
         """Append a solution, which counts in place of an older one; it is with the operating system when this returns.
 
-        Not one that was interrupted: another time it may end elsewhere, which the fingerprint of the question cannot tell.
+        Not one that was interrupted: another time it may end elsewhere, which the question's fingerprint cannot tell.
         """
         if solution.interrupted:
             return

@@ -16,7 +16,10 @@ from symmotion.motions.quaternions.algebra import rotate
 
 PATHS = {"translation": 3, "rotation": 4, "scale": 3}
 AT_REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
+PLACED = {"matrix", *PATHS}
+STILL = np.eye(3)[None], np.zeros((1, 3))
 MOST_KEYS = 5_000_000
+MOST_PLACES = 50_000_000  # keys times nodes that move
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,10 +95,18 @@ def read_gltf_keyframes(
             if count > MOST_KEYS:
                 raise sampler.fault(f"more than {MOST_KEYS:g} keys in all move node {_name(nodes[index])}")
     keys = np.unique(np.concatenate([c.times for part in read.values() for c in part.values()]))
-    linear, translation = np.tile(np.eye(3), (len(keys), 1, 1)), np.zeros((len(keys), 3))
+    moving = sum(map(bool, read.values()))
+    if len(keys) * moving > MOST_PLACES:
+        raise InputError(
+            f"{path}: {len(keys)} keys of {moving} nodes that move {_name(nodes[index])} are more than {MOST_PLACES:g} "
+            "places: cut the animation into several"
+        )
+    linear, translation = np.eye(3)[None], np.zeros((1, 3))
     for k in chain:
-        a, v = _local(nodes[k], read[k], keys)
-        linear, translation = a @ linear, v + np.einsum("nij,nj->ni", a, translation)
+        # What stands still is carried as one place until something moves.
+        a, v = _local(nodes[k], read[k], keys if read[k] else keys[:1])
+        linear, translation = a @ linear, v + (a @ translation[..., None])[..., 0]
+    linear, translation = (np.broadcast_to(x, (len(keys), *x.shape[1:])) for x in (linear, translation))
     try:
         return Keyframes(keys if times is None else np.asarray(times), linear, translation)
     except InputError as error:
@@ -217,6 +228,9 @@ def _unit(quaternions: np.ndarray, place: Place) -> np.ndarray:
 
 def _local(node: Place, channels: dict[str, Channel], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Linear parts (N, 3, 3) and translations (N, 3) of a node in its parent's frame."""
+    # Most nodes of a long chain say nothing or one thing.
+    if not channels and not PLACED & node.value.keys():
+        return STILL
     matrix = node.get("matrix")
     if matrix is not None:
         if channels:

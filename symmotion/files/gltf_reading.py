@@ -93,9 +93,13 @@ class GltfFile:
     document: Place
     chunk: bytes | None
     buffers: dict[int, memoryview] = field(default_factory=dict)
+    lists: dict[str, list[Place]] = field(default_factory=dict)
 
     def items(self, name: str) -> list[Place]:
-        return self.document.items(name)
+        """The items of a list at the document's top, made once: each accessor asks for three."""
+        if name not in self.lists:
+            self.lists[name] = self.document.items(name)
+        return self.lists[name]
 
     def accessor(self, index: Place, kinds: tuple[str, ...]) -> np.ndarray:
         """(count, width) the numbers of the accessor that `index` refers to, normalised integers as they mean.

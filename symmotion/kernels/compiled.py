@@ -88,7 +88,7 @@ def cache_directory() -> Path:
 
 @lru_cache(maxsize=512)
 def _opened(code: str, kind: str, channels: int, squares: bool) -> MachineFunction:
-    """From the cache; OSError where it is not there, Unusable where it is no good. Only what was opened is remembered."""
+    """From the cache; OSError where it is not there, Unusable where it is no good. Errors are not remembered."""
     return _linked(_path(code, kind, channels, squares))
 
 

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import casadi as ca
 import numpy as np
 
+from symmotion.checks import told
 from symmotion.errors import InputError
 from symmotion.forking import ForkedLock, Section
 from symmotion.kernels import Kernels
@@ -60,12 +61,13 @@ class Ipopt:
     options: Mapping[str, IpoptOption] = field(default_factory=dict, hash=False)
 
     def __post_init__(self, derivatives: str | None):
-        if derivatives not in (None, "mapped"):
-            raise InputError(f"derivatives {derivatives!r}: the comparator is symmotion.solvers.PlainIpopt() now")
+        if derivatives is not None and not (isinstance(derivatives, str) and derivatives == "mapped"):
+            raise InputError(f"derivatives {told(derivatives)}: the comparator is symmotion.solvers.PlainIpopt() now")
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
         require_kernels(self.kernels, self.threads)
         object.__setattr__(self, "options", checked_options(self.options))
 
+    @np.errstate(all="ignore")  # what is not finite is told by the status
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback)

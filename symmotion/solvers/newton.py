@@ -73,6 +73,7 @@ class ExactNewton:
         choice(self.system, ("auto", "condensed", "sparse"), "system")
         require_kernels(self.kernels, self.threads)
 
+    @np.errstate(all="ignore")  # what is not finite is told by the status
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve a program with equalities; start: None, a Solution, a motion, or (unknowns,) numbers."""
         require_equalities(program, "ExactNewton", curved=True)

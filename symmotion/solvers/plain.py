@@ -39,6 +39,7 @@ class PlainIpopt:
     def __post_init__(self):
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
 
+    @np.errstate(all="ignore")  # what is not finite is told by the status
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback)

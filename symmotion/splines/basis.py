@@ -12,6 +12,7 @@ from symmotion.values import value
 
 # By how much a time may miss an end of the domain, relative: sums of steps do.
 ROUNDING = 4 * float(np.finfo(float).eps)
+MOST_DEGREE = 1000
 
 
 @value
@@ -36,7 +37,7 @@ class BSplineBasis:
         def __init__(self, knots: ArrayLike, degree: int, periodic: bool = False) -> None: ...
 
     def __post_init__(self):
-        knots, degree = numbers(self.knots, "knots"), whole(self.degree, 0, "degree")
+        knots, degree = numbers(self.knots, "knots"), whole(self.degree, 0, "degree", most=MOST_DEGREE)
         if knots.ndim != 1 or knots.size < 2 * degree + 2:
             raise InputError(
                 f"{knots.size} knots are too few for degree {degree}: at least {2 * degree + 2} are needed"
@@ -63,7 +64,7 @@ class BSplineBasis:
     @staticmethod
     def clamped(breakpoints, degree: int) -> "BSplineBasis":
         """The basis with simple knots at increasing `breakpoints`, the end ones repeated degree + 1 times."""
-        b = np.asarray(breakpoints, dtype=float)
+        b, degree = np.asarray(breakpoints, dtype=float), whole(degree, 0, "degree", most=MOST_DEGREE)
         return BSplineBasis(np.concatenate([np.full(degree, b[0]), b, np.full(degree, b[-1])]), degree)
 
     @staticmethod

@@ -52,7 +52,7 @@ def write_animation(
     Raises InputError for bad bodies, lengths and rates, films too large to be put together, mp4
     where ffmpeg is missing, and a path that cannot be written.
     """
-    chosen, frames, writer = plan(path, seconds, fps)
+    _, frames, writer = plan(path, seconds, fps)
     motion = placed(motion)
     d = dimension_of(motion)
     picture = _moving(motion, fitting_body(body, motion, dimension=d))

@@ -612,5 +612,5 @@ def test_failed_entries_are_solved_again_where_that_is_told(tmp_path):
         file.add(fingerprint(hard, solver), sm.ExactNewton().solve(hard))
     assert found([hard, easy], retry=True) == (2, ["solved", "solved"])
     for wrong in ({"retry": True}, {"retry": 1, "results": path}):
-        with pytest.raises(sm.InputError, match="retry .*: True or False is needed, and with True a results file"):
+        with pytest.raises(sm.InputError, match=r"retry .*: True or False is needed, and with True a results file"):
             solve_many([easy], **cast(Any, wrong))
