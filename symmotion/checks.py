@@ -101,7 +101,7 @@ def numbers(value: object, what: str) -> np.ndarray:
         given = np.asarray(value)
         plain = given.dtype.kind in "biuf" or not any(isinstance(x, str | bytes) for x in given.flat)
         floats = np.array(given, dtype=float) if plain and given.dtype.kind in "biufO" else None
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):  # of whole numbers that no float can be
         raise nothing from None
     if given.dtype.kind == "c":
         raise InputError(f"{what}: complex numbers; real ones are needed")

@@ -1,6 +1,7 @@
 """Keyframes out of the node animations of glTF files."""
 
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,7 @@ from symmotion.motions.quaternions.algebra import rotate
 
 PATHS = {"translation": 3, "rotation": 4, "scale": 3}
 AT_REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
-PLACED = {"matrix", *PATHS}
-STILL = np.eye(3)[None], np.zeros((1, 3))
+LEAST_NORM = 0.5  # quaternions of 8 bits are off by up to a hundredth; far smaller ones are no rotations
 MOST_KEYS = 5_000_000
 MOST_PLACES = 50_000_000  # keys times nodes that move
 
@@ -102,10 +102,10 @@ def read_gltf_keyframes(
             "places: cut the animation into several"
         )
     linear, translation = np.eye(3)[None], np.zeros((1, 3))
-    for k in chain:
-        # What stands still is carried as one place until something moves.
-        a, v = _local(nodes[k], read[k], keys if read[k] else keys[:1])
-        linear, translation = a @ linear, v + (a @ translation[..., None])[..., 0]
+    for moves, part in groupby(chain, lambda k: bool(read[k])):
+        still = [] if moves else [_standing([nodes[k] for k in part])]
+        for a, v in still or (_local(nodes[k], read[k], keys) for k in part):
+            linear, translation = a @ linear, v + (a @ translation[..., None])[..., 0]
     linear, translation = (np.broadcast_to(x, (len(keys), *x.shape[1:])) for x in (linear, translation))
     try:
         return Keyframes(keys if times is None else np.asarray(times), linear, translation)
@@ -220,23 +220,18 @@ def _channel(file: GltfFile, sampler: Place, name: str) -> Channel:
 
 def _unit(quaternions: np.ndarray, place: Place) -> np.ndarray:
     norms = np.linalg.norm(quaternions, axis=1, keepdims=True)
-    # Quaternions of 8 bits are off by up to a hundredth; far smaller ones are no rotations.
-    if (norms < 0.5).any():
-        raise place.fault(f"rotation {int(np.argmax(norms < 0.5))} has norm {norms.min():.3g}: unit ones are needed")
+    if (norms < LEAST_NORM).any():
+        raise place.fault(
+            f"rotation {int(np.argmax(norms < LEAST_NORM))} has norm {norms.min():.3g}: unit ones are needed"
+        )
     return quaternions / norms
 
 
 def _local(node: Place, channels: dict[str, Channel], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Linear parts (N, 3, 3) and translations (N, 3) of a node in its parent's frame."""
-    # Most nodes of a long chain say nothing or one thing.
-    if not channels and not PLACED & node.value.keys():
-        return STILL
     matrix = node.get("matrix")
     if matrix is not None:
-        if channels:
-            raise matrix.fault("a node that is animated has translation, rotation and scale instead")
-        m = matrix.numbers(16).reshape(4, 4).T
-        return np.tile(m[:3, :3], (len(times), 1, 1)), np.tile(m[:3, 3], (len(times), 1))
+        raise matrix.fault("a node that is animated has translation, rotation and scale instead")
     parts = {}
     for name, count in PATHS.items():
         if name in channels:
@@ -244,6 +239,35 @@ def _local(node: Place, channels: dict[str, Channel], times: np.ndarray) -> tupl
         else:
             still = node.get(name)
             parts[name] = np.tile(AT_REST[name] if still is None else still.numbers(count), (len(times), 1))
-    q = _unit(parts["rotation"], node)
-    turned = rotate(np.roll(q, 1, axis=1)[:, None], np.eye(3))
-    return np.swapaxes(turned, 1, 2) * parts["scale"][:, None, :], parts["translation"]
+    return _placed(_unit(parts["rotation"], node), parts["scale"]), parts["translation"]
+
+
+def _placed(rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Linear parts (N, 3, 3) of unit quaternions, scalar-last, and scales."""
+    turned = rotate(np.roll(rotation, 1, axis=1)[:, None], np.eye(3))
+    return np.swapaxes(turned, 1, 2) * scale[:, None, :]
+
+
+def _standing(nodes: list[Place]) -> tuple[np.ndarray, np.ndarray]:
+    """Linear part (1, 3, 3) and translation (1, 3) of nodes that stand still, each in the next one's frame."""
+    parts: dict[str, list] = {name: [] for name in PATHS}
+    matrices = {}
+    for k, node in enumerate(nodes):
+        for name, count in PATHS.items():
+            still = node.get(name)
+            parts[name].append(AT_REST[name] if still is None else still.numbers(count))
+        if (matrix := node.get("matrix")) is not None:
+            matrices[k] = matrix.numbers(16).reshape(4, 4).T
+    rotation = np.array(parts["rotation"])
+    norms = np.linalg.norm(rotation, axis=1)
+    if (norms < LEAST_NORM).any():
+        k = int(np.argmax(norms < LEAST_NORM))
+        _unit(rotation[k : k + 1], nodes[k])
+    a, v = _placed(rotation / norms[:, None], np.array(parts["scale"])), np.array(parts["translation"])
+    for k, matrix in matrices.items():
+        a[k], v[k] = matrix[:3, :3], matrix[:3, 3]
+    while len(a) > 1:  # in pairs: a chain may have a hundred thousand nodes
+        low, high, odd = slice(0, len(a) - 1, 2), slice(1, None, 2), slice(len(a) - len(a) % 2, None)
+        turned = v[high] + (a[high] @ v[low][..., None])[..., 0]
+        a, v = np.concatenate([a[high] @ a[low], a[odd]]), np.concatenate([turned, v[odd]])
+    return a, v

@@ -81,7 +81,7 @@ class Place:
         value = self.value
         if not isinstance(value, list) or len(value) != count or not all(isinstance(x, float) for x in value):
             raise self.fault(f"{count} numbers are needed")
-        if not np.isfinite(value).all():
+        if not all(map(math.isfinite, value)):
             raise self.fault("a number is not finite")
         return np.array(value)
 

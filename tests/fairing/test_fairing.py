@@ -396,7 +396,9 @@ def test_a_net_that_is_not_finite_at_the_end_is_no_success(monkeypatch):
 
     module = import_module("symmotion.fairing.fair")
     steps = module._by_steps
-    monkeypatch.setattr(module, "_by_steps", lambda task, *rest: replace(steps(task, *rest), net=np.full_like(task.net, np.inf)))
+    monkeypatch.setattr(
+        module, "_by_steps", lambda task, *rest: replace(steps(task, *rest), net=np.full_like(task.net, np.inf))
+    )
     result = fair(SPHERICAL, max_steps=3)
     assert result.status is FairingStatus.FAILED and "at the end" in result.message
     with pytest.raises(sm.SolveError, match="at the end"):
