@@ -8,7 +8,7 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
-from symmotion.files.opening import LARGEST, readable
+from symmotion.opening import LARGEST, readable
 
 MOST_MEMBERS = 1000
 ENDING = ".npy"

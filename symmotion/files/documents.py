@@ -8,7 +8,7 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
-from symmotion.files.opening import readable
+from symmotion.opening import readable
 from symmotion.whole import whole_file
 
 Document: TypeAlias = dict[str, Any]  # of JSON

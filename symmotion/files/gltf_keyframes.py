@@ -221,9 +221,8 @@ def _channel(file: GltfFile, sampler: Place, name: str) -> Channel:
 def _unit(quaternions: np.ndarray, place: Place) -> np.ndarray:
     norms = np.linalg.norm(quaternions, axis=1, keepdims=True)
     if (norms < LEAST_NORM).any():
-        raise place.fault(
-            f"rotation {int(np.argmax(norms < LEAST_NORM))} has norm {norms.min():.3g}: unit ones are needed"
-        )
+        k = int(np.argmax(norms < LEAST_NORM))
+        raise place.fault(f"rotation {k} has norm {norms.min():.3g}: unit ones are needed")
     return quaternions / norms
 
 

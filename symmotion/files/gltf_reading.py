@@ -15,7 +15,7 @@ from symmotion.errors import InputError
 from symmotion.files.documents import read_object
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_document import BIN_CHUNK, JSON_CHUNK, MAGIC, VERSION
-from symmotion.files.opening import readable
+from symmotion.opening import readable
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}

@@ -101,9 +101,7 @@ def test_whatever_is_in_a_file(kind, samples, tmp_path, data):
         except sm.InputError as error:
             message = str(error)
             assert message.isprintable() and len(message) <= 2000 and path.name in message
-            assert not any(
-                f"cannot be read as {kind}: {name}" in message for name in ("Type", "Index", "Key", "Memory")
-            )
+            assert "cannot be read as" not in message  # which is said of what a reader has not thought of
         else:
             if isinstance(found, sm.Keyframes):
                 assert all(np.isfinite(a).all() for a in (found.times, found.linear, found.translation))

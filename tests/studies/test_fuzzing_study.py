@@ -26,7 +26,7 @@ def test_what_is_not_taken_well_is_told(tmp_path, monkeypatch):
     unfinished = sm.examples.planar_keyframes()
     readers = {"falls": fall, "shouts": shout, "reads": lambda path: unfinished}
     monkeypatch.setattr(fuzzing, "READERS", readers)
-    found = [fuzzing.outcome(kind, b"", tmp_path / "file") for kind in readers]
+    found = [fuzzing.outcome(kind, b"", tmp_path / "damaged.csv") for kind in readers]
     assert found == ["KeyError: 'entry'", "a message as 'no file is named here'", "read"]
 
 
