@@ -99,7 +99,8 @@ def fair(
     after = jumps.fairness(found.net)
     total = after.sum()
     if not np.isfinite(total):
-        found = replace(found, status=FairingStatus.FAILED, message=f"G = {total} at the end")
+        message = f"G = {total} at the end, and the motion is the one given"
+        found, after = replace(found, net=task.net, status=FairingStatus.FAILED, message=message), before
     curve = len(motion.bases) == 1
     displacement = np.linalg.norm(found.net - task.net, axis=-1)
     history = np.array([before.sum(), after.sum()]) if found.history is None else found.history
