@@ -1,5 +1,6 @@
 """What is refused, in one voice: InputErrors that name the argument, what was given and what is needed."""
 
+import math
 import os
 from collections.abc import Hashable, Iterable
 from numbers import Real
@@ -10,37 +11,41 @@ import numpy as np
 from symmotion.errors import InputError
 
 Kind = TypeVar("Kind")
+# Whole numbers that the libraries behind take.
+MOST = 2**31 - 1
 
 
 # Any: it is tried whether it can be compared with a whole number.
-def whole(value: Any, least: int, what: str, of: str = "") -> int:
-    """The value as an int; InputError unless it is a whole number of at least `least`. of: " of knots", say."""
+def whole(value: Any, least: int, what: str, of: str = "", most: int = MOST) -> int:
+    """The value as an int; InputError unless it is a whole number from `least` to `most`. of: " of knots", say."""
     try:
         good = not isinstance(value, bool | np.bool_) and int(value) == value and value >= least
     except (TypeError, ValueError, OverflowError):
         good = False
     if not good:
         raise InputError(f"{what} {told(value)}: a whole number{of}, {least} or more, is needed")
+    if value > most:
+        raise InputError(f"{what} {told(value)}: a whole number{of}, at most {most}, is needed")
     return int(value)
 
 
 def number(value: object, what: str) -> float:
     """The value as a float; InputError unless it is a finite number."""
-    if not (_is_number(value) and np.isfinite(value)):
+    if not (_is_number(value) and _is_finite(value)):
         raise InputError(f"{what} {told(value)}: a finite number is needed")
     return float(value)
 
 
 def positive(value: object, what: str) -> float:
     """The value as a float; InputError unless it is a positive finite number."""
-    if not (_is_number(value) and np.isfinite(value) and value > 0):
+    if not (_is_number(value) and _is_finite(value) and value > 0):
         raise InputError(f"{what} {told(value)}: a positive number is needed")
     return float(value)
 
 
 def not_negative(value: object, what: str) -> float:
     """The value as a float; InputError unless it is a finite number, 0 or more."""
-    if not (_is_number(value) and np.isfinite(value) and value >= 0):
+    if not (_is_number(value) and _is_finite(value) and value >= 0):
         raise InputError(f"{what} {told(value)}: a finite number, 0 or more, is needed")
     return float(value)
 
@@ -96,7 +101,7 @@ def numbers(value: object, what: str) -> np.ndarray:
         given = np.asarray(value)
         plain = given.dtype.kind in "biuf" or not any(isinstance(x, str | bytes) for x in given.flat)
         floats = np.array(given, dtype=float) if plain and given.dtype.kind in "biufO" else None
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):  # of whole numbers that no float can be
         raise nothing from None
     if given.dtype.kind == "c":
         raise InputError(f"{what}: complex numbers; real ones are needed")
@@ -168,3 +173,10 @@ def _masked(value: object) -> bool:
 
 def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, Real) and not isinstance(value, bool | np.bool_)
+
+
+def _is_finite(value: float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number that no float can be
+        return False

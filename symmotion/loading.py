@@ -3,7 +3,6 @@
 import json
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -14,6 +13,7 @@ from symmotion.motions import AffineMotion, CurveMotion, Keyframes, PoseMotion, 
 from symmotion.motions.interpolants.blends import Exponential, Interpolant, PlanarTurns, Polar, SpatialTurns, Steady
 from symmotion.motions.interpolants.slerps import SegmentCurve, SlerpBezier, Slerps, Squads
 from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.opening import readable
 from symmotion.saving import MARK
 from symmotion.splines import BSplineBasis, Spline
 
@@ -95,13 +95,10 @@ def load(path: str | os.PathLike[str]) -> Saved:
 def _document(path: str | os.PathLike[str]) -> dict[str, object]:
     """The JSON object in a file."""
     try:
-        document = json.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}; check its name and permissions") from None
+        with readable(path) as handle:
+            document = json.load(handle)
     except json.JSONDecodeError as error:
         raise InputError(f"{path}, line {error.lineno}, column {error.colno}: {error.msg}") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not UTF-8 text ({error.reason})") from None
     except RecursionError:
         raise InputError(f"{path}: its lists are nested too deeply") from None
     if not isinstance(document, dict):

@@ -14,7 +14,20 @@ FILES = sorted(ROOT.rglob("*.py"))
 
 # From the ground up: a folder, or a file beside the folders. A room may take from those before it.
 ROOMS = (
-    *("errors", "version", "renamed", "values", "checks", "whole", "saving", "tables", "svg", "pictures"),
+    *(
+        "errors",
+        "version",
+        "renamed",
+        "values",
+        "checks",
+        "whole",
+        "opening",
+        "forking",
+        "saving",
+        "tables",
+        "svg",
+        "pictures",
+    ),
     *("splines", "curves", "kernels", "program", "systems", "motions", "jets", "energies", "constraints", "solvers"),
     *("batches", "design", "answers", "loading", "bodies", "fairing", "sweeps", "files", "views", "report", "commands"),
     *("__init__", "__main__"),

@@ -13,11 +13,11 @@ from symmotion.batches.fingerprint import fingerprint
 from symmotion.batches.kin import Kin
 from symmotion.batches.results_file import ResultsFile
 from symmotion.batches.workers import Crew, Failed, Job, answer
-from symmotion.checks import whole
+from symmotion.checks import file_path, told, whole
 from symmotion.errors import InputError
 from symmotion.program import Program
 from symmotion.solvers.newton import ExactNewton
-from symmotion.solvers.solution import Solution
+from symmotion.solvers.solution import Solution, Status
 from symmotion.solvers.solver import Solver, require_solver
 
 NEWTON = ExactNewton()
@@ -25,6 +25,7 @@ NEWTON = ExactNewton()
 Asked: TypeAlias = Program | tuple[Program, object]
 # Answers that may wait for an earlier one before no more programs are taken.
 WAITING = 4096
+MOST_PROCESSES = 4096
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ def solve_many(
     executor: Executor | int | None = None,
     *,
     results: str | Path | None = None,
+    retry: bool = False,
     progress: Callable[[Tally], None] | None = None,
     chunk: int | None = None,
     ahead: int = 64,
@@ -64,7 +66,9 @@ def solve_many(
         `concurrent.futures` executor: threads, processes, `distributed.Client.get_executor()`.
         Threads share the programs, all others get them as pickles.
     results: a file to which every solution is appended, also one that did not solve. Programs found in it are not
-        solved again, so that a batch goes on where it was killed; see `ResultsFile`.
+        solved again, so that a batch goes on where it was killed; see `ResultsFile`. What a callback or the
+        time limit has interrupted is not put into it.
+    retry: solve those programs again that the file has an answer to, but no solution; the new answer counts.
     progress: called with a `Tally` after every program, in this process; `print` will do.
     chunk: programs in one task; when left out, as many as take a quarter of a second.
     ahead: tasks handed out at a time: on a cluster, two or more for each thread of a worker.
@@ -73,7 +77,9 @@ def solve_many(
     place. Where a worker process was killed and with it the executor, its work goes on in processes of our own.
     Raises InputError for what is no program, and for a results file that cannot be used.
     """
-    answers = solve_each(programs, solver, executor, results=results, progress=progress, chunk=chunk, ahead=ahead)
+    answers = solve_each(
+        programs, solver, executor, results=results, retry=retry, progress=progress, chunk=chunk, ahead=ahead
+    )
     return list(answers)
 
 
@@ -83,6 +89,7 @@ def solve_each(
     executor: Executor | int | None = None,
     *,
     results: str | Path | None = None,
+    retry: bool = False,
     progress: Callable[[Tally], None] | None = None,
     chunk: int | None = None,
     ahead: int = 64,
@@ -93,17 +100,23 @@ def solve_each(
     if not isinstance(programs, Iterable):
         raise InputError(f"programs {programs!r}: an iterable of programs is needed")
     require_solver(solver)
+    if results is not None:
+        file_path(results, "results")
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress {told(progress)}: a function of a Tally is needed")
     if results is not None and type(solver).__repr__ is object.__repr__:
         raise InputError(f"solver {solver!r}: with a results file its repr has to tell its options, write a __repr__")
     if isinstance(executor, Real):
-        executor = whole(executor, 1, "executor", " of processes")
+        executor = whole(executor, 1, "executor", " of processes", most=MOST_PROCESSES)
     elif not (executor is None or callable(getattr(executor, "submit", None))):
         raise InputError(
             f"executor {executor!r}: None, a number of processes or a concurrent.futures executor is needed"
         )
     chunk = None if chunk is None else whole(chunk, 1, "chunk", " of programs")
     ahead = whole(ahead, 1, "ahead", " of tasks")
-    return _solve(programs, solver, executor, results, progress, chunk, ahead)
+    if not isinstance(retry, bool) or (retry and results is None):
+        raise InputError(f"retry {told(retry)}: True or False is needed, and with True a results file")
+    return _solve(programs, solver, executor, results, retry, progress, chunk, ahead)
 
 
 def _solve(
@@ -111,13 +124,14 @@ def _solve(
     solver: Solver,
     executor: Executor | int | None,
     results: str | Path | None,
+    retry: bool,
     progress: Callable[[Tally], None] | None,
     chunk: int | None,
     ahead: int,
 ) -> Iterator[Solution | Failed]:
     with ExitStack() as stack:
         file = None if results is None else stack.enter_context(ResultsFile(results))
-        batch = _Batch(solver, file, progress)
+        batch = _Batch(solver, file, retry, progress)
         jobs = batch.jobs(programs)
         if executor is None:
             kin = Kin()
@@ -147,8 +161,8 @@ def _solve(
 class _Batch:
     """What a batch has answered so far, and keeps until it is its turn; the file and the tally with it."""
 
-    def __init__(self, solver: Solver, file: ResultsFile | None, progress: Callable[[Tally], None] | None):
-        self._solver, self._file, self._progress = solver, file, progress
+    def __init__(self, solver: Solver, file: ResultsFile | None, retry: bool, progress: Callable[[Tally], None] | None):
+        self._solver, self._file, self._retry, self._progress = solver, file, retry, progress
         self._began = perf_counter()
         self._done = self._found = self._failed = self._next = 0
         self._names: dict[int, str] = {}
@@ -168,7 +182,7 @@ class _Batch:
                     self.take(job, Failed.of(index, error))
                 else:
                     found = self._file.find(name, program)
-                    if found is None:
+                    if found is None or (self._retry and found.status is not Status.SOLVED):
                         self._names[index] = name
                     else:
                         self._found += 1

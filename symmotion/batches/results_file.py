@@ -114,8 +114,11 @@ class ResultsFile:
         return _solution(json.loads(self._file.read(length))["record"], program)
 
     def add(self, name: str, solution: Solution) -> None:
-        """Append a solution; it is with the operating system when this returns. Not one that a callback stopped."""
-        if solution.status is Status.STOPPED:  # which the fingerprint of the question does not tell
+        """Append a solution, which counts in place of an older one; it is with the operating system when this returns.
+
+        Not one that was interrupted: another time it may end elsewhere, which the question's fingerprint cannot tell.
+        """
+        if solution.interrupted:
             return
         record = json.dumps(_record(name, solution)).encode()
         self._write(OPENING + b"%08x" % crc32(record) + BETWEEN + record + CLOSING)

@@ -11,7 +11,7 @@ from time import perf_counter
 from typing import TypeAlias
 
 from symmotion.batches.kin import Kin
-from symmotion.errors import InputError
+from symmotion.errors import InputError, plain
 from symmotion.kernels.mapped import available_processors
 from symmotion.program import Program
 from symmotion.solvers.solution import Solution
@@ -31,7 +31,7 @@ class Failed:
 
     @staticmethod
     def of(index: int, error: BaseException) -> "Failed":
-        return Failed(index, type(error).__name__, str(error))
+        return Failed(index, type(error).__name__, plain(error))
 
     def __repr__(self) -> str:
         return f"Failed(program {self.index}: {self.error}: {self.message})"

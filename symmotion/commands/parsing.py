@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from symmotion import checks
-from symmotion.errors import InputError
+from symmotion.errors import InputError, plain
 from symmotion.files.formats import Format, Option, Way, endings, takers
 from symmotion.version import __version__
 
@@ -17,7 +17,7 @@ class Parser(argparse.ArgumentParser):
     """Errors in one line, without the usage."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
+        self.exit(2, f"{self.prog}: {plain(message)}\n")
 
 
 # Any: what argparse returns where commands are added, which has no public name.
@@ -147,9 +147,9 @@ def at_fault(culprit: object) -> Iterator[None]:
 
 
 def say(options: argparse.Namespace, text: object) -> None:
-    """A line on standard output, unless the command is to be quiet."""
+    """Lines on standard output, unless the command is to be quiet."""
     if not options.quiet:
-        print(text)
+        print("\n".join(map(plain, str(text).split("\n"))))
 
 
 def note(options: argparse.Namespace, culprit: object, notes: Sequence[str]) -> None:

@@ -95,13 +95,18 @@ def placed_knots(knots: ArrayLike, times: np.ndarray) -> np.ndarray:
     return unified(checks.array(knots, ("K",), "knots"), times)
 
 
+MOST_KNOTS = 10**6
+
+
 def _clamped(a: float, inner: np.ndarray, b: float, degree: int) -> BSplineBasis:
     """The clamped basis over [a, b] with these inner knots, copies counting."""
     return BSplineBasis(np.concatenate([np.full(degree + 1, a), inner, np.full(degree + 1, b)]), degree)
 
 
 def refined_times(times: np.ndarray, refine: int) -> np.ndarray:
-    """The times with `refine` more, equally spaced, in every segment."""
+    """The times with `refine` more, equally spaced, in every segment; InputError where they are too many."""
+    if (len(times) - 1) * (refine + 1) > MOST_KNOTS:
+        raise InputError(f"refine {refine}: with {len(times)} times that makes more than {MOST_KNOTS} knots")
     share = np.arange(refine + 1) / (refine + 1)
     return np.append((times[:-1, None] + np.diff(times)[:, None] * share).ravel(), times[-1])
 

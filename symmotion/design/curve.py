@@ -27,6 +27,7 @@ from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, same_times, unified
 
+MOST_KNOTS = 10**6  # in every interval
 SMALL = 600  # conditions up to which a dense factorisation looks for redundant ones
 KEYFRAMES = "keyframes"
 
@@ -92,6 +93,8 @@ def curve_program(
     inner = _knots(marks, most, degree, span, torn) if knots is None else unified(given, every)
     if knots is None and refine:
         borders = np.unique(np.concatenate([span, inner]))
+        if refine > MOST_KNOTS:
+            raise InputError(f"refine {refine}: {MOST_KNOTS} knots in every interval are the most")
         share = np.arange(1, refine + 1) / (refine + 1)
         inner = np.sort(np.concatenate([inner, (borders[:-1, None] + np.diff(borders)[:, None] * share).ravel()]))
     end = np.full(degree + 1, 1.0)

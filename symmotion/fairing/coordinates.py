@@ -41,8 +41,8 @@ class Coordinates:
             raise InputError(f"{kind} cannot be faired; a TwoParameterMotion or RationalMotion is needed")
         if parts is None:
             parts = "real" if motion.spherical else "real+dual"
-        if parts not in PARTS:
-            raise InputError(f"parts {parts!r} are unknown; there are {', '.join(PARTS)}")
+        if not isinstance(parts, str) or parts not in PARTS:
+            raise InputError(f"parts {checks.told(parts)} are unknown; there are {', '.join(PARTS)}")
         if motion.spherical and parts != "real":
             raise InputError(f"parts {parts!r}: a spherical motion has real parts only")
         length = checks.positive(length, "length")
@@ -90,9 +90,9 @@ class Box:
             return Box((0, jumps.u.count), (0, jumps.v.count))
         try:
             intervals = checks.numbers(region, "region").reshape(len(motion.bases), 2)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             needed = "(a, b)" if len(motion.bases) == 1 else "((a, b), (c, d)), intervals of u and v"
-            raise InputError(f"region {region!r}: {needed} is needed") from None
+            raise InputError(f"region {checks.told(region)}: {needed} is needed") from None
         ranges = [(0, jumps.v.count)] * 2
         for k, ((a, b), direction, basis) in enumerate(zip(intervals, (jumps.u, jumps.v), motion.bases, strict=False)):
             low, high = basis.domain

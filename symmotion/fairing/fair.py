@@ -32,6 +32,7 @@ STATUSES = {
 }
 
 
+@np.errstate(all="ignore")  # what is not finite is told by name
 def fair(
     motion: AnyMotion,
     method: Method = "greedy",
@@ -78,6 +79,13 @@ def fair(
     coordinates = Coordinates.of(motion, parts, length)
     jumps = Jumps.of(motion.bases)
     task = _Task(coordinates, jumps, Box.of(jumps, motion, region), coordinates.net)
+    before = jumps.fairness(task.net)
+    total = before.sum()
+    if not np.isfinite(total):
+        raise InputError(
+            f"G = {total} at the start: the controls, up to {np.abs(task.net).max():.2g}, are too large for the "
+            "squares of the jumps at these knots; measure them in larger units, or the dual parts by a larger length"
+        )
     if method in ("greedy", "orthogonal"):
         cap = STEPS_PER_KNOT * task.knots if max_steps is None else max_steps
         allowed = None if tolerance is None else tolerances(tolerance, task.net.shape[:2])
@@ -88,7 +96,11 @@ def fair(
     else:
         assert tolerance is not None
         found = _bounded(task, tolerance, region)
-    before, after = jumps.fairness(task.net), jumps.fairness(found.net)
+    after = jumps.fairness(found.net)
+    total = after.sum()
+    if not np.isfinite(total):
+        message = f"G = {total} at the end, and the motion is the one given"
+        found, after = replace(found, net=task.net, status=FairingStatus.FAILED, message=message), before
     curve = len(motion.bases) == 1
     displacement = np.linalg.norm(found.net - task.net, axis=-1)
     history = np.array([before.sum(), after.sum()]) if found.history is None else found.history

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.numbers import finite
-from symmotion.files.opening import readable
 from symmotion.files.skeleton import AXES, CHANNELS, Joint, Skeleton
 from symmotion.motions import Keyframes
+from symmotion.opening import readable
 
 LONGEST_LINE = 10**6
 MOST_JOINTS = 100_000

@@ -8,7 +8,7 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
-from symmotion.files.opening import readable
+from symmotion.opening import readable
 from symmotion.whole import whole_file
 
 Document: TypeAlias = dict[str, Any]  # of JSON
@@ -53,6 +53,10 @@ def read_list(path: FilePath, document: Document, name: str) -> np.ndarray:
     items = document[name]
     if not isinstance(items, list) or not items:
         raise InputError(f"{path}, {name}: a list is needed")
+    try:
+        return _floats(name, items)
+    except InputError:
+        pass  # which item it is, is told below: arrays of each would take several times the memory
     shape = _floats(f"{path}, {name}[0]", items[0]).shape
     return np.array([_floats(f"{path}, {name}[{i}]", item, shape) for i, item in enumerate(items)])
 

@@ -1,6 +1,7 @@
 """Keyframes out of the node animations of glTF files."""
 
 from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,9 @@ from symmotion.splines.instants import distinct, unified
 
 PATHS = {"translation": 3, "rotation": 4, "scale": 3}
 AT_REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
+LEAST_NORM = 0.5  # quaternions of 8 bits are off by up to a hundredth; far smaller ones are no rotations
 MOST_KEYS = 5_000_000
+MOST_PLACES = 50_000_000  # keys times nodes that move
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +87,12 @@ def read_gltf_keyframes(
         raise InputError(f"{path}: node {_name(nodes[index])} does not move; animated are {_listed(nodes, channels)}")
     read = _read(file, channels, chain, nodes[index])
     keys = distinct(np.concatenate([c.times for part in read.values() for c in part.values()]))
+    moving = sum(map(bool, read.values()))
+    if len(keys) * moving > MOST_PLACES:
+        raise InputError(
+            f"{path}: {len(keys)} keys of {moving} nodes that move {_name(nodes[index])} are more than {MOST_PLACES:g} "
+            "places: cut the animation into several"
+        )
     read = {k: {name: _put_on(c, keys) for name, c in part.items()} for k, part in read.items()}
     linear, translation = _carried(nodes, read, keys)
     try:
@@ -111,11 +120,12 @@ def _carried(
     nodes: list[Place], read: dict[int, dict[str, Channel]], times: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Linear parts (N, 3, 3) and translations (N, 3) in the scene, of nodes each in the next one's frame."""
-    linear, translation = np.tile(np.eye(3), (len(times), 1, 1)), np.zeros((len(times), 3))
-    for k, channels in read.items():
-        a, v = _local(nodes[k], channels, times)
-        linear, translation = a @ linear, v + np.einsum("nij,nj->ni", a, translation)
-    return linear, translation
+    linear, translation = np.eye(3)[None], np.zeros((1, 3))
+    for moves, part in groupby(read, lambda k: bool(read[k])):
+        still = [] if moves else [_standing([nodes[k] for k in part])]
+        for a, v in still or (_local(nodes[k], read[k], times) for k in part):
+            linear, translation = a @ linear, v + (a @ translation[..., None])[..., 0]
+    return np.broadcast_to(linear, (len(times), 3, 3)), np.broadcast_to(translation, (len(times), 3))
 
 
 def _put_on(channel: Channel, keys: np.ndarray) -> Channel:
@@ -231,9 +241,9 @@ def _channel(file: GltfFile, sampler: Place, name: str) -> Channel:
 
 def _unit(quaternions: np.ndarray, place: Place) -> np.ndarray:
     norms = np.linalg.norm(quaternions, axis=1, keepdims=True)
-    # Quaternions of 8 bits are off by up to a hundredth; far smaller ones are no rotations.
-    if (norms < 0.5).any():
-        raise place.fault(f"rotation {int(np.argmax(norms < 0.5))} has norm {norms.min():.3g}: unit ones are needed")
+    if (norms < LEAST_NORM).any():
+        k = int(np.argmax(norms < LEAST_NORM))
+        raise place.fault(f"rotation {k} has norm {norms.min():.3g}: unit ones are needed")
     return quaternions / norms
 
 
@@ -241,10 +251,7 @@ def _local(node: Place, channels: dict[str, Channel], times: np.ndarray) -> tupl
     """Linear parts (N, 3, 3) and translations (N, 3) of a node in its parent's frame."""
     matrix = node.get("matrix")
     if matrix is not None:
-        if channels:
-            raise matrix.fault("a node that is animated has translation, rotation and scale instead")
-        m = matrix.numbers(16).reshape(4, 4).T
-        return np.tile(m[:3, :3], (len(times), 1, 1)), np.tile(m[:3, 3], (len(times), 1))
+        raise matrix.fault("a node that is animated has translation, rotation and scale instead")
     parts = {}
     for name, count in PATHS.items():
         if name in channels:
@@ -252,6 +259,35 @@ def _local(node: Place, channels: dict[str, Channel], times: np.ndarray) -> tupl
         else:
             still = node.get(name)
             parts[name] = np.tile(AT_REST[name] if still is None else still.numbers(count), (len(times), 1))
-    q = _unit(parts["rotation"], node)
-    turned = rotate(np.roll(q, 1, axis=1)[:, None], np.eye(3))
-    return np.swapaxes(turned, 1, 2) * parts["scale"][:, None, :], parts["translation"]
+    return _placed(_unit(parts["rotation"], node), parts["scale"]), parts["translation"]
+
+
+def _placed(rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Linear parts (N, 3, 3) of unit quaternions, scalar-last, and scales."""
+    turned = rotate(np.roll(rotation, 1, axis=1)[:, None], np.eye(3))
+    return np.swapaxes(turned, 1, 2) * scale[:, None, :]
+
+
+def _standing(nodes: list[Place]) -> tuple[np.ndarray, np.ndarray]:
+    """Linear part (1, 3, 3) and translation (1, 3) of nodes that stand still, each in the next one's frame."""
+    parts: dict[str, list] = {name: [] for name in PATHS}
+    matrices = {}
+    for k, node in enumerate(nodes):
+        for name, count in PATHS.items():
+            still = node.get(name)
+            parts[name].append(AT_REST[name] if still is None else still.numbers(count))
+        if (matrix := node.get("matrix")) is not None:
+            matrices[k] = matrix.numbers(16).reshape(4, 4).T
+    rotation = np.array(parts["rotation"])
+    norms = np.linalg.norm(rotation, axis=1)
+    if (norms < LEAST_NORM).any():
+        k = int(np.argmax(norms < LEAST_NORM))
+        _unit(rotation[k : k + 1], nodes[k])
+    a, v = _placed(rotation / norms[:, None], np.array(parts["scale"])), np.array(parts["translation"])
+    for k, matrix in matrices.items():
+        a[k], v[k] = matrix[:3, :3], matrix[:3, 3]
+    while len(a) > 1:  # in pairs: a chain may have a hundred thousand nodes
+        low, high, odd = slice(0, len(a) - 1, 2), slice(1, None, 2), slice(len(a) - len(a) % 2, None)
+        turned = v[high] + (a[high] @ v[low][..., None])[..., 0]
+        a, v = np.concatenate([a[high] @ a[low], a[odd]]), np.concatenate([turned, v[odd]])
+    return a, v

@@ -15,7 +15,7 @@ from symmotion.errors import InputError
 from symmotion.files.documents import read_object
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_document import BIN_CHUNK, JSON_CHUNK, MAGIC, VERSION
-from symmotion.files.opening import readable
+from symmotion.opening import readable
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -81,7 +81,7 @@ class Place:
         value = self.value
         if not isinstance(value, list) or len(value) != count or not all(isinstance(x, float) for x in value):
             raise self.fault(f"{count} numbers are needed")
-        if not np.isfinite(value).all():
+        if not all(map(math.isfinite, value)):
             raise self.fault("a number is not finite")
         return np.array(value)
 
@@ -93,9 +93,13 @@ class GltfFile:
     document: Place
     chunk: bytes | None
     buffers: dict[int, memoryview] = field(default_factory=dict)
+    lists: dict[str, list[Place]] = field(default_factory=dict)
 
     def items(self, name: str) -> list[Place]:
-        return self.document.items(name)
+        """The items of a list at the document's top, made once: each accessor asks for three."""
+        if name not in self.lists:
+            self.lists[name] = self.document.items(name)
+        return self.lists[name]
 
     def accessor(self, index: Place, kinds: tuple[str, ...]) -> np.ndarray:
         """(count, width) the numbers of the accessor that `index` refers to, normalised integers as they mean.

@@ -65,4 +65,4 @@ def read_numbers(path: FilePath, rows: Rows, columns: Sequence[int], width: int)
         lines.append(line)
     if not lines:
         raise InputError(f"{path}: holds no keyframes")
-    return np.array(numbers).reshape(-1, len(columns)), lines
+    return np.frombuffer(numbers).reshape(-1, len(columns)), lines

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
-from symmotion.files.opening import readable
 from symmotion.files.positions import Positions
 from symmotion.files.tables import Columns, Rows, choose_columns, csv_rows, plain_rows, read_numbers
 from symmotion.motions import Keyframes, as_rotations
+from symmotion.opening import readable
 from symmotion.whole import whole_file
 
 NORM_TOLERANCE = 1e-3

@@ -1,14 +1,13 @@
 """Two-parameter motions in and out of JSON and NPZ files."""
 
-import zipfile
 from typing import Any
 
 import numpy as np
 
 from symmotion.errors import InputError
+from symmotion.files.archives import read_arrays
 from symmotion.files.documents import entries_of, read_list, require_entries
 from symmotion.files.formats import FilePath
-from symmotion.files.opening import readable
 from symmotion.files.saved import class_saved, load_as
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.two_parameter import Knots, TwoParameterMotion, as_basis
@@ -101,12 +100,7 @@ def _net(entries: dict[str, np.ndarray]) -> TwoParameterMotion:
 
 def _read_npz(path: FilePath) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """The arrays of a file as floats, and its marks."""
-    with readable(path, binary=True) as handle:
-        try:
-            with np.load(handle, allow_pickle=False) as arrays:
-                found = {k: arrays[k] for k in arrays.files}
-        except (ValueError, OSError, EOFError, zipfile.BadZipFile, TypeError) as error:
-            raise InputError(f"{path}: is no NPZ file of arrays of numbers ({error})") from None
+    found = read_arrays(path)
     marks = {k: found.pop(k).tolist() for k in MARK if k in found}
     for k, array in found.items():
         if array.dtype.kind not in "fiu" or array.ndim == 0 or not np.isfinite(array).all():

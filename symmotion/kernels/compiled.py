@@ -6,33 +6,37 @@ import os
 import platform
 import shlex
 import shutil
+import stat
 import subprocess
-import threading
 import warnings
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import casadi as ca
 
+from symmotion.errors import plain
+from symmotion.forking import ForkedLock
 from symmotion.kernels import kernel, source
+from symmotion.whole import synced, workshop
 
 # No contraction to fused multiply-adds and no fast-math: the same bits as the interpreter's.
 FLAGS = ("-O2", "-std=gnu11", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", "-fPIC", "-shared")
 PATIENCE = 120  # seconds; the largest kernels take some
 LARGEST = 20_000  # instructions: compilers take more than proportionally long, minutes for 100,000
-_BUILDING = threading.Lock()
+CHECKSUM = 32  # bytes of SHA-256 behind the library
+_BUILDING = ForkedLock()
 
 
 class MachineFunction:
     """A kernel function as machine code, over any number of nodes; safe to call from several threads.
 
-    inputs: the size of each input at a node, zero where it is not read; outputs: of each output.
+    path: of the library, as the linker takes it; inputs: the size of each input at a node, zero where it is not
+    read; outputs: of each output.
     """
 
-    def __init__(self, path: Path):
-        library = ctypes.CDLL(str(path))
+    def __init__(self, path: str):
+        library = ctypes.CDLL(path)
         self._call = library.kernel
         self._call.argtypes = (ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p)
         self._call.restype = None
@@ -52,12 +56,15 @@ def load(code: str, kind: str, channels: int, squares: bool, build: bool) -> Mac
 
     build: whether to compile what the cache lacks. The cache, `$SYMMOTION_CACHE` or else
     `symmotion` in the user's cache directory, may be deleted at any time, and may be shared by
-    processes. `$CC` names a compiler. Functions of more than `LARGEST` instructions stay interpreted.
+    processes. Only what is whole, and could be written by nobody else, is run: other files of that name are made
+    anew. `$CC` names a compiler. Functions of more than `LARGEST` instructions stay interpreted.
     Where a compiler is wanted and missing, or fails, a warning says so once.
     """
     key = code, kind, channels, squares
     try:
         return _opened(*key)
+    except Unusable:
+        pass
     except OSError:
         if not build:
             return None
@@ -81,12 +88,8 @@ def cache_directory() -> Path:
 
 @lru_cache(maxsize=512)
 def _opened(code: str, kind: str, channels: int, squares: bool) -> MachineFunction:
-    """From the cache; OSError where it is not there. Errors are not remembered, what was opened is."""
-    path = _path(code, kind, channels, squares)
-    if not path.is_file():
-        raise FileNotFoundError(path)
-    _require_own(path.parent)
-    return MachineFunction(path)
+    """From the cache; OSError where it is not there, Unusable where it is no good. Errors are not remembered."""
+    return _linked(_path(code, kind, channels, squares))
 
 
 @lru_cache(maxsize=512)
@@ -102,19 +105,58 @@ def _built(code: str, kind: str, channels: int, squares: bool) -> MachineFunctio
     try:
         path = _path(code, kind, channels, squares)
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _require_own(path.parent)
-        # Made beside its place and renamed, so that other processes see it whole or not at all.
-        with TemporaryDirectory(prefix=".", dir=path.parent) as directory:
-            part = Path(directory) / "kernel"
-            part.with_suffix(".c").write_text(text)
-            call = [*command, *FLAGS, str(part.with_suffix(".c")), "-o", str(part.with_suffix(".so")), "-lm"]
-            failure = _failure(call)
+        _require_own(path.parent.stat())
+        with workshop(path.parent) as directory:
+            c, library = directory / "kernel.c", directory / "kernel.so"
+            c.write_text(text)
+            failure = _failure([*command, *FLAGS, str(c), "-o", str(library), "-lm"])
             if failure:
                 return _stay_interpreted(f"{shlex.join(command)} failed: {failure}")
-            part.with_suffix(".so").replace(path)
-        return MachineFunction(path)
+            machine, part = library.read_bytes(), directory / "part"
+            # Whatever the umask: nobody else may write to it. Linkers do not look at what follows a library.
+            with open(os.open(part, os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o600), "wb") as handle:
+                handle.write(machine + hashlib.sha256(machine).digest())
+                synced(handle)
+            part.replace(path)
+        return _linked(path)
     except OSError as error:
         return _stay_interpreted(f"the cache cannot be used: {error}")
+
+
+class Unusable(OSError):
+    """A file of the cache that is not run: damaged, or not surely ours."""
+
+
+def _linked(path: Path) -> MachineFunction:
+    """The machine code in a file of the cache that is whole and could be written by nobody else, see `load`."""
+    _require_own(path.parent.stat())
+    try:
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0))
+    except FileNotFoundError:
+        raise
+    except OSError as error:  # a link, say
+        raise Unusable(str(error)) from error
+    try:
+        _require_whole(descriptor)
+    except OSError as error:
+        os.close(descriptor)
+        raise Unusable(str(error)) from error
+    # What has been looked at is linked, whatever its name stands for by now. The descriptor stays open: linkers tell
+    # libraries apart by their names, and the number must not come to stand for another.
+    opened = f"/proc/self/fd/{descriptor}"
+    return MachineFunction(opened if os.path.exists(opened) else str(path))
+
+
+def _require_whole(descriptor: int) -> None:
+    """Raise OSError unless an open file is ours alone, and holds a library and its checksum."""
+    status = os.fstat(descriptor)
+    _require_own(status)
+    if not stat.S_ISREG(status.st_mode):
+        raise OSError("this is no file")
+    with open(descriptor, "rb", closefd=False) as handle:
+        machine = handle.read()
+    if len(machine) <= CHECKSUM or hashlib.sha256(machine[:-CHECKSUM]).digest() != machine[-CHECKSUM:]:
+        raise OSError("the file is damaged")
 
 
 def _failure(call: Sequence[str]) -> str:
@@ -172,15 +214,14 @@ def _processor() -> str:
         return platform.processor()
 
 
-def _require_own(directory: Path) -> None:
-    """Raise OSError where others could have put code into the directory."""
-    status = directory.stat()
+def _require_own(status: os.stat_result) -> None:
+    """Raise OSError where others could have put code into a file or directory."""
     if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
         raise OSError("others may write there; choose another by $SYMMOTION_CACHE")
 
 
 def _stay_interpreted(reason: str) -> None:
-    _say_once(f"kernels are interpreted, which is several times slower: {reason}")
+    _say_once(plain(f"kernels are interpreted, which is several times slower: {reason}"))
 
 
 @lru_cache(maxsize=64)

@@ -46,6 +46,7 @@ class Elimination:
         if self.stages is not None:
             choice(self.stages, ("degree", "knots"), "stages")
 
+    @np.errstate(all="ignore")  # what is not finite is told by the status
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve a program with interpolation conditions; start: None, a Solution, a motion, or (unknowns,) numbers.
 

@@ -4,13 +4,14 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import InitVar, dataclass, field
 from math import inf
-from threading import Lock
 from typing import Any, TypeAlias
 
 import casadi as ca
 import numpy as np
 
+from symmotion.checks import told
 from symmotion.errors import InputError
+from symmotion.forking import ForkedLock, Section
 from symmotion.kernels import Kernels
 from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.exchanging import exchange
@@ -37,7 +38,8 @@ WARM: dict[str, IpoptOption] = {
 # What CasADi tells and does not tell.
 CASADI = {"print_time": False, "record_time": True, "show_eval_warnings": False}
 # `Opti` differentiates and expands while it solves, without the interpreter's lock: two at a time crash.
-SYMBOLIC = Lock()
+SYMBOLIC = ForkedLock()
+RUNNING = Section("IPOPT")
 # IPOPT's own test against that of the certificate, which does not depend on units: an iteration more.
 FINER = 1e-4
 # What rounding leaves of a gradient, relative to the sizes of what cancels in it: no test asks for less.
@@ -70,12 +72,13 @@ class Ipopt:
     options: Mapping[str, IpoptOption] = field(default_factory=dict, hash=False)
 
     def __post_init__(self, derivatives: str | None):
-        if derivatives not in (None, "mapped"):
-            raise InputError(f"derivatives {derivatives!r}: the comparator is symmotion.solvers.PlainIpopt() now")
+        if derivatives is not None and not (isinstance(derivatives, str) and derivatives == "mapped"):
+            raise InputError(f"derivatives {told(derivatives)}: the comparator is symmotion.solvers.PlainIpopt() now")
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
         require_kernels(self.kernels, self.threads)
         object.__setattr__(self, "options", checked_options(self.options))
 
+    @np.errstate(all="ignore")  # what is not finite is told by the status
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve any program; start: None, a Solution with its multipliers, a motion, or (unknowns,) numbers.
 
@@ -125,7 +128,7 @@ def _accepted(name: str, value: IpoptOption) -> bool:
     """Whether IPOPT takes an option: on x² = min, which tells of missing linear solvers too."""
     x = ca.SX.sym("x")
     quiet = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": False}
-    with SYMBOLIC:
+    with RUNNING, SYMBOLIC:
         try:
             trial = ca.nlpsol("trial", "ipopt", {"x": x, "f": x**2}, {**quiet, f"ipopt.{name}": value})
             trial(x0=1.0)
@@ -198,7 +201,7 @@ def _solved(
     }
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], options)
     evaluator.seconds = 0.0
-    with watching(watch, solver.stats):
+    with RUNNING, watching(watch, solver.stats):
         duals = {} if known is None else {"lam_g0": known, "lam_x0": np.zeros_like(x0)}
         result = solver(x0=x0, lbg=program.lower, ubg=program.upper, **duals)
     x, multipliers = np.asarray(result["x"]).ravel(), np.asarray(result["lam_g"]).ravel()

@@ -88,6 +88,7 @@ class ExactNewton:
         choice(self.system, ("auto", "condensed", "sparse"), "system")
         require_kernels(self.kernels, self.threads)
 
+    @np.errstate(all="ignore")  # what is not finite is told by the status
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve a program; start: None, a Solution, a motion, or (unknowns,) numbers.
 
@@ -132,8 +133,10 @@ class ExactNewton:
         first = Straight(self.tolerance, evaluator, system, journal, x, blend=True)
         # A start of the caller's own is taken for close to the minimum, where the exact Hessian serves.
         failure, fell_back = descend(first, LEAST if start is None else 1.0)
-        if start is not None or not fell_back or journal.stopped:
+        if start is not None or not fell_back:
             return first.x, first.multipliers, failure
+        if journal.stopped:
+            return first.x, first.multipliers, failure or journal.ending()
         log, journal.log = journal.log, []
         second = Straight(self.tolerance, evaluator, system, journal, x, blend=False)
         other, _ = descend(second, 1.0)
@@ -141,7 +144,7 @@ class ExactNewton:
             journal.log = log + journal.log
             return second.x, second.multipliers, None
         journal.log = journal.log + log
-        return first.x, first.multipliers, failure
+        return first.x, first.multipliers, journal.ending() if journal.stopped else failure
 
     def _curved(
         self, evaluator: Evaluator, x: np.ndarray, start: object, journal: Journal

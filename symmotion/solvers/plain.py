@@ -10,6 +10,7 @@ from symmotion.program import Block, DesignT, Evaluator, Program
 from symmotion.solvers.exchanging import exchange
 from symmotion.solvers.ipopt import (
     CASADI,
+    RUNNING,
     SYMBOLIC,
     IpoptAnswer,
     IpoptOption,
@@ -39,6 +40,7 @@ class PlainIpopt:
     def __post_init__(self):
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
 
+    @np.errstate(all="ignore")  # what is not finite is told by the status
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers.
 
@@ -53,7 +55,7 @@ class PlainIpopt:
         x0 = start_vector(program, start)
         evaluator, kept = Evaluator(program), Kept()
         settings = ipopt_settings(self, evaluator, x0, journal)
-        with SYMBOLIC, kept.guard():
+        with RUNNING, SYMBOLIC, kept.guard():
             problem = _Problem(program, kept)
             answer = problem.solve(x0, settings, journal, kept)
             del problem  # while it is alone: it lets go of functions that others use

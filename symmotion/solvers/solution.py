@@ -140,6 +140,8 @@ class Solution(Generic[DesignT]):
     its provenance; method: its short name; tolerance: the solver's; log: its iterations;
     message: what it said where it did not solve; evaluations: how often what was evaluated, by kind, where known.
     exchange: how bounds that are meant for all times came to hold; None of programs without.
+    interrupted: whether a callback or the time limit ended it, with a solution or without, so that it may end
+    elsewhere another time.
     """
 
     program: Program[DesignT]
@@ -155,6 +157,7 @@ class Solution(Generic[DesignT]):
     message: str = ""
     evaluations: Mapping[str, int] = field(default_factory=dict)
     exchange: Course | None = None
+    interrupted: bool = False
 
     __getstate__ = made_of
 

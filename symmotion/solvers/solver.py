@@ -114,6 +114,7 @@ def conclude(
     """
     require_program(program)
     counts = dict(evaluator.counts) if evaluator else {}
+    interrupted = failure is not None and failure[0] in (Status.STOPPED, Status.TIME_LIMIT)
     certificate = certify(program, x, multipliers, evaluator)
     wanting = certificate.wanting(solver.tolerance)
     if wanting and failure is None:
@@ -141,4 +142,5 @@ def conclude(
         seconds or Seconds(),
         message,
         counts,
+        interrupted=interrupted,
     )

@@ -11,6 +11,8 @@ from symmotion.errors import InputError
 from symmotion.splines.instants import inside, require_steps, rounding_in, unified
 from symmotion.values import value
 
+MOST_DEGREE = 1000
+
 
 @value
 class BSplineBasis:
@@ -34,7 +36,7 @@ class BSplineBasis:
         def __init__(self, knots: ArrayLike, degree: int, periodic: bool = False) -> None: ...
 
     def __post_init__(self):
-        knots, degree = numbers(self.knots, "knots"), whole(self.degree, 0, "degree")
+        knots, degree = numbers(self.knots, "knots"), whole(self.degree, 0, "degree", most=MOST_DEGREE)
         if knots.ndim != 1 or knots.size < 2 * degree + 2:
             raise InputError(
                 f"{knots.size} knots are too few for degree {degree}: at least {2 * degree + 2} are needed"
@@ -65,7 +67,7 @@ class BSplineBasis:
     @staticmethod
     def clamped(breakpoints, degree: int) -> "BSplineBasis":
         """The basis with simple knots at increasing `breakpoints`, the end ones repeated degree + 1 times."""
-        b = floats(breakpoints, "breakpoints")
+        b, degree = floats(breakpoints, "breakpoints"), whole(degree, 0, "degree", most=MOST_DEGREE)
         return BSplineBasis(np.concatenate([np.full(degree, b[0]), b, np.full(degree, b[-1])]), degree)
 
     @staticmethod

@@ -1,13 +1,15 @@
 """What CasADi says on stderr, heard by the thread that made it speak."""
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stderr
-from threading import Lock, get_ident
+from contextlib import redirect_stderr
+from threading import get_ident
 from typing import Any, TextIO
 
+from symmotion.forking import ForkedLock, Section
+
 # There is one sys.stderr: two threads that replaced it at the same time would put back each other's.
-_REPLACED = Lock()
+_REPLACED = ForkedLock()
+_LISTENING = Section("the factorisation of CasADi")
 
 
 class _Listener:
@@ -27,10 +29,19 @@ class _Listener:
         return getattr(self._stream, name)
 
 
-@contextmanager
-def overheard() -> Iterator[list[str]]:
+class overheard:
     """The pieces of text that this thread writes to stderr meanwhile, kept from it; other threads write as ever."""
-    with _REPLACED:
+
+    # Not a generator: a forked child closes those of other threads, and this one would put back their stderr.
+    def __enter__(self) -> list[str]:
+        _LISTENING.__enter__()
+        _REPLACED.__enter__()
         listener: Any = _Listener(sys.stderr)  # Any: a stream by what it answers to
-        with redirect_stderr(listener):
-            yield listener.heard
+        self._redirected = redirect_stderr(listener)
+        self._redirected.__enter__()
+        return listener.heard
+
+    def __exit__(self, *_: object) -> None:
+        self._redirected.__exit__(None, None, None)
+        _REPLACED.__exit__()
+        _LISTENING.__exit__()

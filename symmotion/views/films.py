@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from pathlib import Path
 from subprocess import CalledProcessError
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.views.parallel import VIEW, lit
 from symmotion.views.style import COLOURS, INK, new_figure
-from symmotion.whole import whole_file
+from symmotion.whole import whole_files
 
 FILMS = ("gif", "mp4")
 SECONDS = 4.0
@@ -53,20 +52,18 @@ def write_animation(
     Raises InputError for bad bodies, lengths and rates, films too large to be put together, mp4
     where ffmpeg is missing, and a path that cannot be written.
     """
-    chosen, frames, writer = plan(path, seconds, fps)
+    _, frames, writer = plan(path, seconds, fps)
     motion = placed(motion)
     d = dimension_of(motion)
     picture = _moving(motion, fitting_body(body, motion, dimension=d))
     origin = motion(np.linspace(*motion.domain, 300)).translation
     seen = origin if d == 2 else origin @ VIEW[:, :2]
     t = np.linspace(*motion.domain, frames)
-    with whole_file(path, binary=True) as handle, TemporaryDirectory() as directory:
-        film = Path(directory) / f"film.{chosen}"
+    with whole_files(path) as film:
         try:
             _film(writer, film, picture, seen, t)
         except CalledProcessError as error:
             raise InputError(f"{path}: ffmpeg failed ({error}): write .gif, or mend ffmpeg") from None
-        handle.write(film.read_bytes())
 
 
 class Plan(NamedTuple):

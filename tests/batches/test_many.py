@@ -10,7 +10,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPool
 from dataclasses import replace
 from multiprocessing import current_process, get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import batches
 import casadi as ca
@@ -19,6 +19,7 @@ import pytest
 from scipy import sparse
 
 import symmotion as sm
+from studies.solving.hard_keyframes import problem
 from symmotion.batches import many
 from symmotion.batches.fingerprint import fingerprint
 from symmotion.batches.kin import Kin
@@ -573,3 +574,43 @@ def test_a_solve_that_a_callback_stopped_is_no_result(tmp_path):
     assert isinstance(stopped, sm.Solution) and stopped.status == "stopped"
     (again,) = solve_many(batches.small_programs(1), sm.ExactNewton(), results=path)
     assert isinstance(again, sm.Solution) and again.status == "solved"
+
+
+def test_a_solve_that_the_clock_or_a_callback_cut_short_is_no_result_even_where_it_solved(tmp_path):
+    # Two descents from one start compete here, of which the second, and better one, is cut short.
+    program, seen = problem(26).program, []
+    whole = sm.ExactNewton().solve(program)
+    first = [row.objective for row in whole.log].index(whole.log[0].objective, 1)
+    solver = sm.ExactNewton(callback=lambda row: seen.append(row) or len(seen) > first + 1)
+    (cut,) = solve_many([program], solver, results=tmp_path / "batch.results")
+    assert isinstance(cut, sm.Solution) and cut.interrupted and not whole.interrupted
+    assert cut.status == "solved" and cut.objective > 1.2 * whole.objective
+    with ResultsFile(tmp_path / "batch.results") as file:
+        assert len(file) == 0
+    late = sm.ExactNewton(time_limit=1e-9)
+    for _ in range(2):
+        tallies: list[Tally] = []
+        (cut,) = solve_many(batches.small_programs(1), late, results=tmp_path / "late.results", progress=tallies.append)
+        assert isinstance(cut, sm.Solution) and cut.status == "time-limit" and tallies[-1].found == 0
+
+
+def test_failed_entries_are_solved_again_where_that_is_told(tmp_path):
+    path, solver = tmp_path / "batch.results", sm.ExactNewton(max_iterations=1)
+
+    def found(programs, retry: bool) -> tuple[int, list[str]]:
+        tallies: list[Tally] = []
+        answers = solve_many(programs, solver, results=path, retry=retry, progress=tallies.append)
+        return tallies[-1].found, [str(getattr(a, "status", "failed")) for a in answers]
+
+    hard, easy = batches.small_programs(2)
+    with ResultsFile(path) as file:  # as if it had been solved to the end
+        file.add(fingerprint(easy, solver), sm.ExactNewton().solve(easy))
+    assert found([hard, easy], retry=False) == (1, ["iteration-limit", "solved"])
+    assert found([hard, easy], retry=False) == (2, ["iteration-limit", "solved"])
+    assert found([hard, easy], retry=True) == (1, ["iteration-limit", "solved"])
+    with ResultsFile(path) as file:  # the newest counts
+        file.add(fingerprint(hard, solver), sm.ExactNewton().solve(hard))
+    assert found([hard, easy], retry=True) == (2, ["solved", "solved"])
+    for wrong in ({"retry": True}, {"retry": 1, "results": path}):
+        with pytest.raises(sm.InputError, match=r"retry .*: True or False is needed, and with True a results file"):
+            solve_many([easy], **cast(Any, wrong))

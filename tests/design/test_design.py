@@ -136,3 +136,17 @@ def test_keyframes_of_both_orientations_are_named_where_the_energy_divides_by_th
     with pytest.raises(sm.InputError, match=r"^keyframe 1 has determinant -1 .* where S\*? is infinite"):
         program(keys, objective=energy)
     program(keys, objective=sm.Rigidity())  # which does not
+
+
+@pytest.mark.parametrize("count", [10**7, 10**12, 10**400])
+def test_counts_that_no_memory_holds_are_refused_where_they_are_given(count):
+    keys, turns = sm.examples.planar_keyframes(), sm.examples.random_keyframes(4, 50, seed=1)
+    doors: list[Any] = [
+        lambda **more: sm.affine_program(keys, **more),
+        lambda **more: sm.orientation_program(turns.times, turns.rotations(), **more),
+        lambda **more: sm.pose_program(turns, **more),
+    ]
+    for door in doors:
+        for name in ("refine", "degree"):
+            with pytest.raises(sm.InputError, match=f"{name} 1"):
+                door(**{name: count})

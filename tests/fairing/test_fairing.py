@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -379,3 +380,25 @@ def test_a_condition_on_a_net_is_kept_and_priced():
     assert slope == pytest.approx(-solution.multipliers["there"].sum(), rel=1e-5)
     # Newton's factorisation does not pivot, and some of these systems have a zero where it starts: it says so and ends.
     assert sm.ExactNewton().solve(program()).status in ("solved", "failed")
+
+
+@pytest.mark.parametrize("method", ["greedy", "orthogonal", "least-squares", "bounded"])
+@pytest.mark.parametrize("size", [1e155, 1e300])
+def test_a_net_whose_fairness_no_number_holds_is_refused_by_name(method, size, recwarn):
+    motion = TwoParameterMotion(SPHERICAL.u, SPHERICAL.v, size * SPHERICAL.real)
+    with pytest.raises(sm.InputError, match=r"G = (inf|nan) at the start: the controls, up to .*e.*larger units"):
+        fair(motion, method, tolerance=1e-3 if method == "bounded" else None)
+    assert not recwarn.list
+
+
+def test_a_net_that_is_not_finite_at_the_end_is_no_success(monkeypatch):
+    from importlib import import_module
+
+    module = import_module("symmotion.fairing.fair")
+    steps = module._by_steps
+    endless = np.full_like(Coordinates.of(SPHERICAL).net, np.inf)
+    monkeypatch.setattr(module, "_by_steps", lambda *given: replace(steps(*given), net=endless))
+    result = fair(SPHERICAL, max_steps=3)
+    assert result.status is FairingStatus.FAILED and "at the end" in result.message
+    with pytest.raises(sm.SolveError, match="at the end"):
+        result.require()

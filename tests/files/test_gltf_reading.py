@@ -3,6 +3,7 @@
 import base64
 import json
 import struct
+import time
 import tracemalloc
 
 import numpy as np
@@ -385,3 +386,67 @@ def test_damaged_files_are_input_errors_or_read(tmp_path):
             outcomes.append(False)
     assert not any(outcomes[: len(cut)])
     assert 0 < sum(outcomes) < len(flipped)
+
+
+def chained(count: int, moving: int, samples: int = 2) -> bytes:
+    """A chain of nodes, each a tenth above and turned against the one before, of which one moves."""
+    turn = [0.0, 0.0, float(np.sin(0.1)), float(np.cos(0.1))]
+    nodes: list[dict] = [{"translation": [0.0, 0.0, 0.1], "rotation": turn, "children": [k + 1]} for k in range(count)]
+    nodes[moving].pop("translation")
+    del nodes[-1]["children"]
+    places = np.arange(3.0 * samples, dtype="<f4").reshape(samples, 3)
+    data = np.arange(samples, dtype="<f4").tobytes() + places.tobytes()
+    return json.dumps(
+        {
+            "asset": {"version": "2.0"},
+            "nodes": nodes,
+            "buffers": [
+                {"byteLength": len(data), "uri": "data:;base64," + base64.b64encode(data).decode()},
+            ],
+            "bufferViews": [
+                {"buffer": 0, "byteLength": 4 * samples},
+                {"buffer": 0, "byteOffset": 4 * samples, "byteLength": 12 * samples},
+            ],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": samples, "type": "SCALAR"},
+                {"bufferView": 1, "componentType": 5126, "count": samples, "type": "VEC3"},
+            ],
+            "animations": [
+                {
+                    "samplers": [{"input": 0, "output": 1}],
+                    "channels": [{"sampler": 0, "target": {"node": moving, "path": "translation"}}],
+                }
+            ],
+        }
+    ).encode()
+
+
+@pytest.mark.parametrize("moving", [0, 3, 6])
+def test_chains_of_nodes_that_stand_still_are_carried_as_one(moving, tmp_path):
+    path = tmp_path / "chain.gltf"
+    path.write_bytes(chained(7, moving))
+    found = read_gltf_keyframes(path, node=6)
+    for k, place in enumerate(np.arange(6.0).reshape(2, 3)):
+        whole = np.eye(4)
+        for node in range(7):
+            here = np.eye(4)
+            c, s = np.cos(0.2), np.sin(0.2)
+            here[:2, :2] = [[c, -s], [s, c]]
+            here[:3, 3] = place if node == moving else [0, 0, 0.1]
+            whole = whole @ here
+        np.testing.assert_allclose(found.linear[k], whole[:3, :3], atol=1e-14)
+        np.testing.assert_allclose(found.translation[k], whole[:3, 3], atol=1e-14)
+
+
+def test_a_chain_ten_times_as_long_takes_about_ten_times_as_long(tmp_path):
+    def seconds(count: int) -> float:
+        path = tmp_path / f"{count}.gltf"
+        path.write_bytes(chained(count, count // 2))
+        taken = []
+        for _ in range(3):
+            began = time.process_time()
+            read_gltf_keyframes(path, node=count - 1)
+            taken.append(time.process_time() - began)
+        return min(taken)
+
+    assert seconds(20_000) < 20 * seconds(2_000)

@@ -162,14 +162,70 @@ def test_processes_that_build_at_once_agree(cache):
     assert all(path.suffix == ".so" for path in cache.iterdir())  # nothing half made is left
 
 
+def flipped(whole: bytes) -> bytes:
+    """One bit of the code is another."""
+    half = len(whole) // 2
+    return whole[:half] + bytes([whole[half] ^ 1]) + whole[half + 1 :]
+
+
 @needs_compiler
-def test_a_damaged_file_is_built_again(cache):
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda whole: b"\x7fELF but not really",
+        lambda whole: b"",
+        lambda whole: whole[: len(whole) // 2],  # which the linker would map, and the processor run beyond
+        lambda whole: whole[:-32],  # without its checksum
+        flipped,
+    ],
+    ids=["no library", "empty", "cut off", "unsigned", "flipped"],
+)
+def test_a_damaged_file_is_built_again(cache, damage):
     kernel = every_operation()
     cache.mkdir(mode=0o700)
     path = compiled._path(kernel.code, "out", kernel.channels, kernel.squares)
-    path.write_bytes(b"\x7fELF but not really")
-    assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")
     assert isinstance(kernel_function(kernel, "out", 1, "compiled"), compiled.MachineFunction)
+    whole = path.read_bytes()
+    path.unlink()  # the code that is linked stays as it is
+    path.write_bytes(damage(whole))
+    for function in REMEMBERED:
+        function.cache_clear()
+    assert isinstance(kernel_function(kernel, "out", 1, "auto"), compiled.MachineFunction)
+    assert len(path.read_bytes()) == len(whole)
+
+
+@needs_compiler
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="needs file permissions")
+@pytest.mark.parametrize("fault", ["link", "mode", "owner", "directory"])
+def test_a_file_that_others_could_have_written_is_not_run(cache, monkeypatch, tmp_path, fault):
+    kernel = every_operation()
+    assert isinstance(kernel_function(kernel, "out", 1, "compiled"), compiled.MachineFunction)
+    (path,) = cache.iterdir()
+    assert path.stat().st_mode & 0o077 == 0
+    if fault == "link":
+        path.rename(tmp_path / "elsewhere.so")
+        path.symlink_to(tmp_path / "elsewhere.so")
+    elif fault == "mode":
+        path.chmod(0o666)
+    elif fault == "directory":
+        path.unlink()
+        path.mkdir()
+    else:
+        status, other = os.fstat, list(os.stat(path))
+        other[4] += 1
+        monkeypatch.setattr(
+            os, "fstat", lambda fd: os.stat_result(other) if status(fd).st_ino == other[1] else status(fd)
+        )
+    for function in REMEMBERED:
+        function.cache_clear()
+    with pytest.raises(compiled.Unusable):
+        compiled._opened(kernel.code, "out", kernel.channels, kernel.squares)
+    if fault == "directory":
+        with pytest.warns(RuntimeWarning, match="the cache cannot be used"):
+            assert kernel_function(kernel, "out", 1, "compiled") is kernel.function("out")
+        return
+    assert isinstance(kernel_function(kernel, "out", 1, "auto"), compiled.MachineFunction)
+    assert path.is_file() and not path.is_symlink() and path.stat().st_mode & 0o077 == 0
 
 
 def test_without_a_compiler_it_is_said_once(cache, monkeypatch):

@@ -8,8 +8,8 @@ from typing import Any
 
 from symmotion import checks
 from symmotion.errors import InputError
-from symmotion.files.formats import FilePath
 
+FilePath = str | os.PathLike[str]
 LARGEST = 512 * 2**20
 
 
