@@ -6,6 +6,7 @@ from symmotion.fairing.fair import METHODS, Method, fair
 from symmotion.fairing.jumps import Jumps, StepTables
 from symmotion.fairing.keyframes import NetKeyframe, NetPlace
 from symmotion.fairing.metrics import Metric
+from symmotion.fairing.path import FairingPath, fairing_path
 from symmotion.fairing.programs import fairing_program, local_step_program
 from symmotion.fairing.result import FairingResult, FairingStatus
 
@@ -13,6 +14,7 @@ __all__ = [
     "METHODS",
     "Continued",
     "Coordinates",
+    "FairingPath",
     "FairingResult",
     "FairingStatus",
     "Jumps",
@@ -22,6 +24,7 @@ __all__ = [
     "NetPlace",
     "StepTables",
     "fair",
+    "fairing_path",
     "fairing_program",
     "local_step_program",
 ]

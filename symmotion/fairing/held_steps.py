@@ -15,6 +15,9 @@ from symmotion.fairing.metrics import Metric
 
 # Singular values, relative to the largest, that are as good as zero.
 FLAT = 1e-10
+# The part of a free step's room that conditions must leave of a jump for it to be made zero: moves are then at most ten
+# times as large.
+ROOM = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +26,7 @@ class LocalStep:
 
     solve: (kinds C, kinds C) from the jumps to their multipliers; move: (a, b, C, kinds C) from the multipliers to the
     controls from `place` on; rows, prices: the conditions read (E,) and (E, kinds C) their multipliers; clears:
-    whether the jumps are zero afterwards, and not only as small as the conditions allow.
+    whether both jumps are zero afterwards.
     """
 
     solve: np.ndarray
@@ -40,7 +43,7 @@ class HeldSteps:
 
     Least δᵀWδ with both jumps zero and C δ = 0: with H = W⁻¹ − W⁻¹Cᵀ(C W⁻¹ Cᵀ)⁺C W⁻¹ and J the jumps of the controls
     that move, (J H Jᵀ) λ = Δ and δ = −H Jᵀ λ. Where the conditions leave too little room for both jumps to vanish,
-    they become as small as they can.
+    what there is room for does.
 
     conditions: (E, n m C) sparse, row by row of the net; shape: (n, m, C).
     """
@@ -129,10 +132,9 @@ class HeldSteps:
         small = jac @ reach
         values = np.linalg.eigvalsh((small + small.T) / 2)
         whole = np.trace(jac @ lowered) / len(jac)
-        kept = int((values > FLAT * whole).sum())
-        solve = np.linalg.pinv(
-            (small + small.T) / 2, rcond=FLAT * whole / max(values[-1], FLAT * whole), hermitian=True
-        )
+        kept = int((values > ROOM * whole).sum())
+        rcond = ROOM * whole / max(values[-1], ROOM * whole)
+        solve = np.linalg.pinv((small + small.T) / 2, rcond=rcond, hermitian=True)
         move = np.zeros((window[0] * window[1], c, len(jac)))
         move[moved] = -reach.reshape(len(moved), c, -1)
         shaped = move.reshape(*window, c, len(jac))

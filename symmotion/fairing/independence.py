@@ -19,12 +19,15 @@ def independent(keyframes: Sequence[Held], start: np.ndarray, basis: sparse.csr_
     """
     flat = start.reshape(-1, start.shape[-1])
     active, plain = [], True
-    seen: set[tuple[bytes, ...]] = set()
+    seen: dict[tuple[bytes, bytes, int], Held] = {}
     for i, k in enumerate(keyframes):
-        key = tuple(a.tobytes() for a in (k.combos.indices, k.combos.data, k.form, k.target))
-        if key in seen or not len(k.target):
+        if not len(k.target):
             continue
-        seen.add(key)
+        # One displacement at one place twice, which is known to be the same: with a weight, where that is too.
+        first = seen.setdefault((k.combos.indices.tobytes(), k.combos.data.tobytes(), len(k.target)), k)
+        both = first is not k and k.displacement is not None and first.displacement is not None
+        if both and np.abs(np.abs(first.target) - np.abs(k.target)).max() < MET:
+            continue
         rows = k.combos @ basis
         if not abs(rows).sum():
             wanting = k.target - np.einsum("ekc,kc->e", k.form, k.combos @ flat)

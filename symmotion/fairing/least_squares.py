@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 # Weights tried by `for_target` and `for_displacement`, relative to the largest diagonal entry of the system.
 LIGHTEST, HEAVIEST = 1e-14, 1e2
+# The lightest that leaves the part of the net without jumps some digits, where there is nothing lighter to be had.
+LIGHT = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,45 +156,67 @@ class LeastSquares:
 
     def solve(self, weight: float) -> Faired:
         """The net for a weight w > 0."""
-        return self._solved(self._system.gram, self.slope + weight * self.pull, weight)
+        y, nu = self._solved(self._factors(self._system.gram, weight), self.slope + weight * self.pull, self.missing)
+        net = self.start + self.freedom.lift(self._system.outward(y, self.net.shape[-1]))
+        return Faired(net, weight, 2 * nu)
 
     def met(self) -> Faired:
         """The least move after which keyframes and borders hold, with the multipliers of half its square."""
-        found = self._solved(None, self.pull, 1.0)
-        return Faired(found.net, 1.0, found.multipliers / 2)
+        system = self._system
+        found = self._solved(self._factors(None, 1.0), self.pull, self.missing)
+        net = self.start + self.freedom.lift(system.outward(found[0], self.net.shape[-1]))
+        return Faired(net, 1.0, found[1])
 
-    def _solved(self, gram: sparse.csc_array | None, slope: np.ndarray, weight: float) -> Faired:
-        """min yᵀ (gram + w W) y / 2 + slopeᵀ y subject to the keyframes."""
-        system, channels = self._system, self.net.shape[-1]
-        if not system.gram.shape[0]:
-            return Faired(self.start.copy(), weight, np.zeros(len(self.missing)))
-        factors = {
-            value: _factor(weight * value * system.weigh if gram is None else gram + weight * value * system.weigh)
-            for value in np.unique(system.values)
+    def along(self, weight: float) -> tuple[Faired, float]:
+        """The net for a weight w, and dD/dw of D = Σ|d − d⁰|², by two solves with one factor.
+
+        With K = gram + w W and half the gradient of D, W (s + y) = p, along the net: K y' = −p, D' = 2 pᵀ y'.
+        """
+        factors = self._factors(self._system.gram, weight)
+        y, nu = self._solved(factors, self.slope + weight * self.pull, self.missing)
+        net = self.start + self.freedom.lift(self._system.outward(y, self.net.shape[-1]))
+        pull = self.freedom.drop(self.metric.times(net - self.net))
+        change, _ = self._solved(factors, pull, np.zeros(len(self.missing)))
+        slope = 2 * float(np.sum(self._system.inward(pull) * change))
+        return Faired(net, weight, 2 * nu), slope
+
+    def _factors(self, gram: sparse.csc_array | None, weight: float) -> "dict[float, SuperLU]":
+        """The factor of gram + w value W for each value of the metric's channels."""
+        weigh = self._system.weigh
+        return {
+            value: _factor(weight * value * weigh if gram is None else gram + weight * value * weigh)
+            for value in np.unique(self._system.values).tolist()
         }
+
+    def _solved(
+        self, factors: "dict[float, SuperLU]", slope: np.ndarray, missing: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """min yᵀ K y / 2 + slopeᵀ y subject to the keyframes' equations C y = missing: y, and their multipliers."""
+        system = self._system
+        if not system.gram.shape[0]:
+            return np.zeros((0, len(system.values))), np.zeros(len(missing))
         y = system.inward(-slope)
-        y = np.column_stack([factors[value].solve(y[:, c]) for c, value in enumerate(system.values)])
-        nu = np.zeros(len(self.missing))
+        y = np.column_stack([factors[value].solve(y[:, c]) for c, value in enumerate(system.values.tolist())])
+        nu = np.zeros(len(missing))
         if len(nu):
             dense = system.rows.T.toarray()
             reached = {value: factor.solve(dense) for value, factor in factors.items()}
             small = {value: system.rows @ r for value, r in reached.items()}
             schur = sum(f @ (f @ small[value].T).T for f, value in zip(system.forms, system.values, strict=True))
-            nu = np.linalg.solve(schur, system.asked(y) - self.missing)
+            nu = np.linalg.solve(schur, system.asked(y) - missing)
             y = y - np.column_stack(
                 [reached[value] @ (f.T @ nu) for f, value in zip(system.forms, system.values, strict=True)]
             )
-            y = self._polished(y)
-        net = self.start + self.freedom.lift(system.outward(y, channels))
-        return Faired(net, weight, 2 * nu)
+            y = self._polished(y, missing)
+        return y, nu
 
-    def _polished(self, y: np.ndarray) -> np.ndarray:
+    def _polished(self, y: np.ndarray, missing: np.ndarray) -> np.ndarray:
         """The nearest y at which the keyframes hold to rounding."""
         system = self._system
         both = (system.rows @ system.rows.T).toarray()
         gram = sum(f @ (f @ both).T for f in system.forms)
         for _ in range(2):
-            step = np.linalg.solve(gram, self.missing - system.asked(y))
+            step = np.linalg.solve(gram, missing - system.asked(y))
             y = y + np.column_stack([system.rows.T @ (f.T @ step) for f in system.forms])
         return y
 
@@ -231,10 +255,10 @@ class LeastSquares:
                 f"noise: keyframes and borders alone move the controls by {self.displaced(heaviest.net) ** 0.5:.3g} in "
                 f"all, the noise is {square**0.5:.3g}"
             )
-        low, found = self._where(lambda f: -room(f))
+        low, found = self._where(lambda f: -room(f), LIGHT)
         return low if found is None else found
 
-    def _where(self, excess: Callable[[Faired], float]) -> tuple[Faired, Faired | None]:
+    def _where(self, excess: Callable[[Faired], float], lightest: float = LIGHTEST) -> tuple[Faired, Faired | None]:
         """The net of the lightest weight, and of the weight where a monotone excess(w) changes its sign.
 
         The second is on the side of excess ≤ 0, None where there is none.
@@ -250,7 +274,7 @@ class LeastSquares:
                 tried[exponent] = found, excess(found)
             return tried[exponent][1]
 
-        low, high = float(np.log(LIGHTEST)), float(np.log(HEAVIEST))
+        low, high = float(np.log(lightest)), float(np.log(HEAVIEST))
         first, last = at(low), at(high)
         rising = last > first
         if (first if rising else last) > 0:

@@ -103,6 +103,9 @@ def by_steps(task: Task, method: str, limits: Limits, form: str) -> Found:
     status = STATUSES[run.status] if not message else FairingStatus.FAILED
     multipliers = {"jumps": run.multipliers}
     if held is None:
+        if form == "closed":
+            # Of a form that all controls share, which cancels out of the net.
+            multipliers = {"jumps": task.metric.shared(run.multipliers)}
         net = net if form == "program" else net - jumps.spread(run.multipliers, step)
         return _stepped(run, net, status, multipliers, certificate, message)
     plain, move, prices = held.split(run.multipliers)

@@ -14,9 +14,11 @@ from symmotion.errors import InputError
 class Metric:
     """|δ|² = Σ_ij δ_ijᵀ W_ij δ_ij with W_ij = scale_ij form, or scale_ij forms_ij.
 
-    A form that all controls share cancels out of a local step without keyframes, which is the least move in
-    all such forms at once: frames, lengths and scales of the coordinates then change which knot is next, not the
-    step there. It counts for the global methods, at keyframes, and where it differs from control to control.
+    Without keyframes a local step does the same to every coordinate, and is the least move in all forms that
+    controls share; so are the least squares in the identity. Any linear change of the coordinates, of frames, lengths
+    and factors, then changes what comes out as it changes the net; only which knot is next, and the weight that leads
+    to a target, depend on it. A form counts beside G in the least squares, at keyframes, and where it differs from
+    control to control. Turning a frame changes nothing anywhere.
 
     scale: (n, m), None for ones; form: (C, C), None for the identity; forms: (n, m, C, C), None where one is for all.
     """
@@ -68,6 +70,11 @@ class Metric:
         if self.forms is not None:
             moved = np.einsum("ijab,ijb->ija", self.forms, net)
         return moved if self.scale is None else self.scale[..., None] * moved
+
+    def shared(self, multipliers: np.ndarray) -> np.ndarray:
+        """Multipliers (…, C) of steps in the identity, as those of the steps in this `uniform` metric."""
+        scaled = multipliers if self.scale is None else self.scale.flat[0] * multipliers
+        return scaled if self.form is None else scaled @ self.form
 
     @cached_property
     def principal(self) -> tuple[np.ndarray, np.ndarray] | None:

@@ -218,7 +218,8 @@ def fairing_program(
     free = np.flatnonzero(freedom.free)
     terms = [fairness_block(jumps, channels)]
     if weight:
-        terms.append(closeness_block(net, free, weight, form))
+        # Of the controls that stay too, where it adds nothing but keeps the Hessian regular.
+        terms.append(closeness_block(net, np.arange(n * m), weight, form))
     fixed = np.flatnonzero(~freedom.free)
     given = [fixed_constraint(start, fixed)] if len(fixed) else []
     given += border_constraints(freedom, start)

@@ -50,6 +50,9 @@ def iterate_programs(
         if status:
             break
         k, l = (int(i) for i in np.unravel_index(int(measure.argmax()), measure.shape))  # noqa: E741
+        if held is not None and held.touched[k, l] and not held.at(k, l).clears:
+            status, message = "cap", f"step {len(history)} at knot ({k}, {l}): conditions leave no room for both jumps"
+            break
         program = steps.program((k, l), net)
         solution = solver.solve(program)
         worst = _worse(worst, solution.certificate)
