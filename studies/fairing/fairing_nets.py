@@ -11,7 +11,7 @@ from studies.runner.recordings import recorded
 from symmotion.bodies import Body, jug, read_teapot
 from symmotion.fairing import Coordinates, FairingResult, Jumps
 from symmotion.motions import TwoParameterMotion, noisy_net, smooth_net
-from symmotion.report import Figure, Player, player, to_figure
+from symmotion.report import Column, Figure, Player, Table, player, to_figure
 from symmotion.views import (
     COLOURS,
     draw_bodies,
@@ -52,6 +52,18 @@ def turn_error(motion: TwoParameterMotion, other: TwoParameterMotion) -> np.ndar
 
 def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+def quartiles(values: np.ndarray) -> tuple[float | None, ...]:
+    """Least, lower quartile, median, upper quartile and largest of some numbers; None where there are none."""
+    return tuple(float(q) for q in np.quantile(values, (0, 0.25, 0.5, 0.75, 1))) if len(values) else (None,) * 5
+
+
+def counts_table(rows: tuple, printed: int) -> Table:
+    """How many steps were taken to the target, over many seeds; rows: name, nets that reached it, nets, quartiles."""
+    names = ("least", "lower quartile", "median", "upper quartile", "largest")
+    columns = (Column("nets"), Column("reached"), Column("of"), *(Column(f"steps, {name}") for name in names))
+    return Table("steps over seeds", columns, rows, f"Steps to the target, over seeds of the noise; PCG: {printed}.")
 
 
 def largest_jumps(motion: TwoParameterMotion, parts: str | None = None, length: float = 1.0) -> tuple[float, float]:

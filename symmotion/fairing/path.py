@@ -17,6 +17,8 @@ from symmotion.fairing.metrics import Metric
 
 # Weights of a path, relative to the largest diagonal entry of the system; points of the curve that are looked at.
 LIGHTEST, HEAVIEST, FINE = 1e-11, 1e1, 2001
+# Slope of log D by log w below which there is nothing to weigh any more.
+STILL = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +57,8 @@ class FairingPath:
         bend = dd * np.gradient(dg, w[1:-1]) - dg * np.gradient(dd, w[1:-1])
         curvature = bend / np.maximum(dd * dd + dg * dg, 1e-300) ** 1.5
         # As w grows log D falls and log G rises: the corner of the L is the turn to the right.
+        # Where the displacement hardly changes any more the curve has come to its end, in rounding.
+        curvature[np.abs(dd) < STILL] = 0.0
         return float(np.exp(w[1 + int(np.argmin(curvature[2:-2])) + 2]))
 
     def discrepancy(self, noise: float) -> float:

@@ -204,7 +204,7 @@ class DualQuaternions:
                 other = one + (np.arange(len(one)) == axis)
                 raise InputError(
                     f"quaternions {_name(one)} and {_name(other)} are in different hemispheres: align the net, and "
-                    "where that cannot help, since it turns too far around a cell, give more displacements; where these "
+                    "where that cannot help, since it turns too far around a cell, give more displacements; where they "
                     "are orientations of crystals, their symmetry is the likely cause: give it"
                 )
 

@@ -5,8 +5,8 @@ import pytest
 
 import symmotion as sm
 from symmotion.fairing import FairingStatus, Jumps, fair, fairing_path
-from symmotion.motions import PoseMotion, QuaternionMotion, noisy_net, smooth_net
-from symmotion.motions.quaternions import product
+from symmotion.motions import PoseMotion, noisy_net, smooth_net
+from symmotion.motions.quaternions import QuaternionMotion, product
 from symmotion.splines import BSplineBasis, Spline
 
 SMOOTH = smooth_net(12)
@@ -27,7 +27,7 @@ def test_the_path_is_that_of_single_solves():
         r = fair(NOISY, "least-squares", weight=weight)
         g, d = path.at(weight)
         assert g == pytest.approx(r.final, rel=5e-3)
-        assert d == pytest.approx(np.sum(r.displacement**2), rel=1e-3)
+        assert d == pytest.approx(np.sum(r.displacement**2), rel=3e-3)
     h = 1e-4
     d = [np.sum(fair(NOISY, "least-squares", weight=w).displacement ** 2) for w in (1 + h, 1 - h)]
     one = fairing_path(NOISY, weights=[0.5, 1.0, 2.0])
@@ -49,15 +49,17 @@ def test_the_discrepancy_moves_as_far_as_the_noise():
     assert error(fair(NOISY, "least-squares", weight=1e-4).motion) > 1.2 * error(r.motion)
 
 
-def test_the_corner_lies_where_the_path_is_bent_most():
-    """G falls by orders before the displacement grows: the corner of a known curve, seen from the solves alone."""
-    path = fairing_path(NOISY, count=33)
-    w = path.corner()
-    g, d = path.at(w)
-    (left_g, left_d), (right_g, right_d) = path.at(w / 30), path.at(w * 30)
-    slopes = (np.log(right_g / g) / np.log(d / right_d), np.log(g / left_g) / np.log(left_d / d))
-    assert slopes[0] < slopes[1]
-    assert path.weights[0] < w < path.weights[-1]
+def test_the_corner_is_where_solves_for_many_weights_are_bent_most():
+    w = np.linspace(np.log(1e-5), np.log(1e3), 80)
+    solved = [fair(NOISY, "least-squares", weight=float(x)) for x in np.exp(w)]
+    x = np.gradient(np.log([np.sum(r.displacement**2) for r in solved]), w)
+    y = np.gradient(np.log([r.final for r in solved]), w)
+    turn = (x * np.gradient(y, w) - y * np.gradient(x, w)) / (x * x + y * y) ** 1.5
+    turn[np.abs(x) < 1e-2] = 0.0
+    corner = fairing_path(NOISY, count=33).corner()
+    assert np.log(corner) == pytest.approx(w[1:-1][np.argmin(turn[1:-1])], abs=0.7)
+    faired = fair(NOISY, "least-squares", weight=corner)
+    assert np.linalg.norm(faired.motion.real - TRUTH.real) < 0.8 * np.linalg.norm(NOISY.real - TRUTH.real)
 
 
 def test_noise_of_each_part_is_a_metric():
