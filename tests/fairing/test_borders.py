@@ -11,14 +11,16 @@ SPHERICAL = noisy_net(smooth_net(12, 9), 0.018, seed=0, ring=True)
 SPATIAL = noisy_net(smooth_net(10, 9, spatial=True), 0.02, translation=0.05, seed=1, ring=True)
 CLAMPED = noisy_net(smooth_net(9, 11, knots="clamped"), 0.02, seed=2, ring=True)
 NETS = {"spherical": SPHERICAL, "spatial": SPATIAL, "clamped": CLAMPED}
+ORDERS: Any = ("G0", "G1", "G2")
 METHODS = {"greedy": {"max_steps": 40}, "orthogonal": {"max_steps": 40}, "least-squares": {}}
 loose: Any = fair
 
 
-def across(motion, side, order):
+def across(motion: Any, side, order):
     """The derivative of the dual quaternions across a border, along it."""
     k = "uv".index(side[0])
-    along = np.linspace(*motion.domain[1 - k], 9)
+    a, b = motion.domain[1 - k]
+    along = np.linspace(a, b, 9)
     end = motion.domain[k][int(side[1])]
     at, nu = ((end, along), (order, 0)) if k == 0 else ((along, end), (0, order))
     return np.concatenate(motion.pair(*at, nu), axis=-1)
@@ -52,7 +54,7 @@ def test_more_freedom_at_the_border_is_a_smaller_objective():
 @pytest.mark.parametrize("net", [SPHERICAL, CLAMPED], ids=["uniform", "clamped"])
 def test_borders_in_the_program(net, borders):
     closed = fair(net, "least-squares", weight=0.3, borders=borders)
-    solution = sm.ExactNewton().solve(fairing_program(net, weight=0.3, borders=borders)).require(1e-8)
+    solution: Any = sm.ExactNewton().solve(fairing_program(net, weight=0.3, borders=borders)).require(1e-8)
     np.testing.assert_allclose(solution.motion.real, closed.motion.real, atol=1e-10)
 
 
@@ -63,9 +65,9 @@ def test_a_neighbouring_net_is_continued(order, knots):
     whole = noisy_net(smooth_net(14, 9, knots=knots, spatial=True), 0.01, translation=0.02, seed=3, ring=True)
     left = TwoParameterMotion.from_displacements(_rows(whole, slice(0, 8)), knots, knots)
     right = TwoParameterMotion.from_displacements(_rows(whole, slice(7, 14)), knots, knots)
-    other = left.with_controls(-2.0 * left.real, -2.0 * left.dual)
+    other = left.with_controls(-2.0 * left.real, -2.0 * left.control_displacements.dual)
     for method in METHODS:
-        borders = {"u0": Continued(other, f"G{order}")}
+        borders = {"u0": Continued(other, ORDERS[order])}
         r = loose(right, method, borders=borders, **METHODS[method])
         one, two = left(left.domain[0][1], np.linspace(*left.domain[1], 7)), None
         two = r.motion(r.motion.domain[0][0], np.linspace(*left.domain[1], 7))
