@@ -95,7 +95,7 @@ def draw_isophotes(
     side = patch.normals @ view[:, 2]
     if side.min() < 0 < side.max():
         axes.contour(seen[..., 0], seen[..., 1], side, levels=[0.0], colors=INK, linewidths=0.9, linestyles="dashed")
-        axes.set_xlabel("folds along the dashed line")
+        axes.text(0.5, 0.0, "folds along the dashed line", transform=axes.transAxes, ha="center", va="top", fontsize=7)
     _draw_border(axes, seen)
     bare(axes)
 

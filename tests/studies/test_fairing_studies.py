@@ -201,6 +201,10 @@ def test_pictures_take_axes_and_draw_on_them():
     draw_isophotes(axes, patch, levels=5)
     count = len(axes.collections)
     assert count >= 1
+    assert not axes.texts
+    sideways = Canvas().subplots()
+    draw_isophotes(sideways, patch, levels=5, direction=np.cross(patch.normals[10, 10], [0.3, 0.5, 0.8]))
+    assert [text.get_text() for text in sideways.texts] == ["folds along the dashed line"]
     draw_zebra(axes, patch, stripes=3)
     draw_net(axes, NET.control_displacements.translation)
     assert len(axes.collections) > count
