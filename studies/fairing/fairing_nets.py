@@ -11,6 +11,7 @@ from studies.runner.recordings import recorded
 from symmotion.bodies import Body, jug, read_teapot
 from symmotion.fairing import Coordinates, FairingResult, Jumps
 from symmotion.motions import TwoParameterMotion, noisy_net, smooth_net
+from symmotion.motions.quaternions import product
 from symmotion.report import Column, Figure, Player, Table, player, to_figure
 from symmotion.views import (
     COLOURS,
@@ -42,6 +43,14 @@ def net_with(fairness_wanted: float, n: int = 15, seed: int = 0, ring: bool = Fa
     smooth, trial = smooth_net(n), 0.01
     sigma = trial * np.sqrt(fairness_wanted / fairness(noisy_net(smooth, trial, seed=seed, ring=ring)))
     return smooth, noisy_net(smooth, sigma, seed=seed, ring=ring), float(sigma)
+
+
+def rippled(smooth: TwoParameterMotion, degrees: float) -> TwoParameterMotion:
+    """A smooth net with turns to and fro about z over six controls: a truth that is not all smooth."""
+    i, j = np.indices(smooth.real.shape[:2])
+    half = 0.5 * np.deg2rad(degrees) * np.sin(np.pi / 3 * i) * np.sin(np.pi / 3 * j)
+    zero = np.zeros_like(half)
+    return smooth.with_controls(product(smooth.real, np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)), None)
 
 
 def turn_error(motion: TwoParameterMotion, other: TwoParameterMotion) -> np.ndarray:
