@@ -5,10 +5,9 @@ from time import perf_counter
 import numpy as np
 
 import symmotion as sm
-from studies.fairing.fairing_nets import fairness, history_figure, net_with, rms, turn_error
+from studies.fairing.fairing_nets import fairness, history_figure, net_with, rippled, rms, turn_error
 from symmotion.fairing import FairingResult, Method, fair, fairing_program
 from symmotion.motions import noisy_net, smooth_net
-from symmotion.motions.quaternions import product
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
 from symmotion.views import COLOURS, new_figure
 
@@ -33,7 +32,7 @@ def run(options: StudyOptions) -> StudyResult:
     local: tuple[Method, ...] = ("greedy", "orthogonal")
     past = {str(m): fair(net, m, max_steps=steps, divergence=1e9) for m in local}
     options.progress("over-fairing")
-    truth = _rippled(smooth)
+    truth = rippled(smooth, 3.0)
     rough = truth.with_controls(truth.real + (net.real - smooth.real), None)
     compared: tuple[Method, ...] = ("greedy", "orthogonal", "least-squares")
     curves = {str(name): _path(rough, truth, name) for name in compared}
@@ -92,14 +91,6 @@ def _path(net, smooth, method: Method) -> list[tuple[float, float]]:
         if r.final <= target * 1.001:
             found.append((r.final, rms(turn_error(r.motion, smooth))))
     return found
-
-
-def _rippled(smooth):
-    """The smooth net with turns to and fro about z by 3° over six controls: a truth that is not all smooth."""
-    i, j = np.indices(smooth.real.shape[:2])
-    half = 0.5 * np.deg2rad(3.0) * np.sin(np.pi / 3 * i) * np.sin(np.pi / 3 * j)
-    zero = np.zeros_like(half)
-    return smooth.with_controls(product(smooth.real, np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)), None)
 
 
 def _growth(n: int) -> tuple:

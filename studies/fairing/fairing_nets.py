@@ -11,7 +11,8 @@ from studies.runner.recordings import recorded
 from symmotion.bodies import Body, jug, read_teapot
 from symmotion.fairing import Coordinates, FairingResult, Jumps
 from symmotion.motions import TwoParameterMotion, noisy_net, smooth_net
-from symmotion.report import Figure, Player, player, to_figure
+from symmotion.motions.quaternions import product
+from symmotion.report import Column, Figure, Player, Table, player, to_figure
 from symmotion.views import (
     COLOURS,
     draw_bodies,
@@ -44,6 +45,14 @@ def net_with(fairness_wanted: float, n: int = 15, seed: int = 0, ring: bool = Fa
     return smooth, noisy_net(smooth, sigma, seed=seed, ring=ring), float(sigma)
 
 
+def rippled(smooth: TwoParameterMotion, degrees: float) -> TwoParameterMotion:
+    """A smooth net with turns to and fro about z over six controls: a truth that is not all smooth."""
+    i, j = np.indices(smooth.real.shape[:2])
+    half = 0.5 * np.deg2rad(degrees) * np.sin(np.pi / 3 * i) * np.sin(np.pi / 3 * j)
+    zero = np.zeros_like(half)
+    return smooth.with_controls(product(smooth.real, np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)), None)
+
+
 def turn_error(motion: TwoParameterMotion, other: TwoParameterMotion) -> np.ndarray:
     """(n, m) the angles in degrees between the control rotations of two nets."""
     one, two = (Rotation.from_quat(m.real.reshape(-1, 4)[:, [1, 2, 3, 0]]) for m in (motion, other))
@@ -52,6 +61,18 @@ def turn_error(motion: TwoParameterMotion, other: TwoParameterMotion) -> np.ndar
 
 def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+def quartiles(values: np.ndarray) -> tuple[float | None, ...]:
+    """Least, lower quartile, median, upper quartile and largest of some numbers; None where there are none."""
+    return tuple(float(q) for q in np.quantile(values, (0, 0.25, 0.5, 0.75, 1))) if len(values) else (None,) * 5
+
+
+def counts_table(rows: tuple, printed: int) -> Table:
+    """How many steps were taken to the target, over many seeds; rows: name, nets that reached it, nets, quartiles."""
+    names = ("least", "lower quartile", "median", "upper quartile", "largest")
+    columns = (Column("nets"), Column("reached"), Column("of"), *(Column(f"steps, {name}") for name in names))
+    return Table("steps over seeds", columns, rows, f"Steps to the target, over seeds of the noise; PCG: {printed}.")
 
 
 def largest_jumps(motion: TwoParameterMotion, parts: str | None = None, length: float = 1.0) -> tuple[float, float]:

@@ -5,12 +5,14 @@ import numpy as np
 import symmotion as sm
 from studies.fairing.fairing_nets import (
     body,
+    counts_table,
     detail_figure,
     fairness,
     fairness_figure,
     history_figure,
     largest_jumps,
     positions_figure,
+    quartiles,
     rms,
     surface_figure,
     turn_error,
@@ -40,7 +42,7 @@ def net_in_space(seed: int) -> tuple[TwoParameterMotion, TwoParameterMotion, flo
 
 def run(options: StudyOptions) -> StudyResult:
     rows, done = [], {}
-    seeds = range(20 if options.full else 4)
+    seeds = range(20 if options.full else 8)
     for seed in seeds:
         options.progress(f"seed {seed}")
         smooth, net, length = net_in_space(seed)
@@ -59,8 +61,13 @@ def run(options: StudyOptions) -> StudyResult:
     origins = tuple(_seen_from(net, offset, length) for offset in (0.0, 10.0, 100.0))
     steps = [done[s, "dual"].steps for s in seeds if done[s, "dual"].final <= TARGET]
     error = {p: rms(_place_error(done[0, p].motion, smooth)) for p in CHOICES}
+    counts = []
+    for p in CHOICES:
+        taken = np.array([done[seed, p].steps for seed in seeds if done[seed, p].final <= TARGET])
+        counts.append((p, len(taken), len(seeds), *quartiles(taken)))
     tables = (
         _table(rows),
+        counts_table(tuple(counts), PCG_STEPS),
         Table(
             "origin",
             (Column("distance of the origin"), Column("G of the dual part"), Column("G of the translation")),

@@ -5,6 +5,7 @@ import numpy as np
 import symmotion as sm
 from studies.fairing.fairing_nets import (
     body,
+    counts_table,
     detail_figure,
     fairness_figure,
     first_below,
@@ -12,6 +13,7 @@ from studies.fairing.fairing_nets import (
     largest_jumps,
     net_with,
     positions_figure,
+    quartiles,
     rms,
     surface_figure,
     turn_error,
@@ -50,7 +52,10 @@ def run(options: StudyOptions) -> StudyResult:
     up = float(np.mean(np.diff(history[: far.best_step + 1]) > 0))
     stops = tuple(_stop_row(change, [r.history for _, _, _, r in exact]) for change in CHANGES)
     continuity = tuple((name, *largest_jumps(motion)) for name, motion in (("before", net), ("after", result.motion)))
-    tables = (_iterations(rows), _stops(stops), _continuity(continuity))
+    counts = tuple(
+        (name, len(c), len(exact), *quartiles(c)) for name, c in (("exact ring", steps), ("noisy ring", late))
+    )
+    tables = (_iterations(rows), counts_table(counts, PCG_STEPS), _stops(stops), _continuity(continuity))
     mesh, name, note = body()
     motions = (net, result.motion)
     small = mesh.scaled(1.1)

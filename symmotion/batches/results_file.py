@@ -154,6 +154,7 @@ def _record(name: str, solution: Solution) -> dict[str, object]:
         "log": [[_plain(value) for value in astuple(row)] for row in solution.log],
         "seconds": asdict(solution.seconds),
         "message": solution.message,
+        "evaluations": dict(solution.evaluations),
         **({} if solution.exchange is None else {"exchange": _course(solution, solution.exchange)}),
     }
 
@@ -205,6 +206,7 @@ def _solution(record: dict[str, Parsed], program: Program) -> Solution:
         tuple(Iteration(*map(_number, row)) for row in record["log"]),
         Seconds(**record["seconds"]),
         record["message"],
+        record.get("evaluations", {}),
         course,
     )
 

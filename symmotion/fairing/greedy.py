@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symmotion.fairing.fence import Fence
+from symmotion.fairing.held_steps import HeldSteps
 from symmotion.fairing.jumps import StepTables
 
 BLOCK = 2048  # steps between two looks at which net was best
-WIDE = 5  # controls that the jumps at a knot read in each direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,6 +17,7 @@ class Limits:
 
     target: of G, None for as low as it gets; max_steps; divergence: stop where G exceeds this
     multiple of the best G seen.
+    change: stop where a step changes G by less, PCG (23), 0 for never.
     knots: (K, L) the knots to step at, None for all; tolerance: (n, m) how far each control
     may go from its start, None for any distance.
     """
@@ -25,6 +27,7 @@ class Limits:
     divergence: float
     knots: np.ndarray | None = None
     tolerance: np.ndarray | None = None
+    change: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +36,7 @@ class GreedyRun:
 
     multipliers: (K, L, kinds, C) sum over the steps up to the best net, so that the net is the
     start minus `Jumps.spread` of them; history: (steps + 1,) G; best: the step with the least G;
-    discarded: steps that the tolerance forbade; status: "target", "cap", "diverged", "exhausted".
+    discarded: steps that the tolerance forbade; status: "target", "cap", "diverged", "exhausted", "stalled".
     """
 
     multipliers: np.ndarray
@@ -65,20 +68,26 @@ class _Board:
             self.choice *= self.allowed
 
 
-def iterate(tables: StepTables, jumps: np.ndarray, limits: Limits) -> GreedyRun:
+def iterate(
+    tables: StepTables, jumps: np.ndarray, limits: Limits, held: HeldSteps | None = None, gone: np.ndarray | None = None
+) -> GreedyRun:
     """Repeat the step at the largest L_kl until a limit is met, and return the best net seen.
 
-    jumps: (K, L, kinds, C) of the start. One step changes at most 45 measures (69 where it moves
-    all 21 controls); G is never summed from scratch. The controls themselves are not needed:
-    the jumps follow from the jumps, and the net from the sum of the multipliers.
+    jumps: (K, L, kinds, C) of the start; held: the steps that conditions change; gone: (n, m, C) how far the start
+    is from where tolerances are measured. One step changes at most 45 measures (69 where it moves all 21 controls);
+    G is never summed from scratch. The controls themselves are not needed: the jumps follow from the jumps, and the
+    net from the sum of the multipliers.
     """
-    board = _Board(tables, jumps, limits.knots, limits.tolerance is not None)
+    board = _Board(tables, jumps, limits.knots, limits.tolerance is not None or held is not None)
     kinds, coordinates = jumps.shape[2:]
     (r, s), (high, wide), columns = board.reach, board.box, board.columns
     box_shape = (high, wide, kinds, coordinates)
     all_jumps, measure, choice, allowed = board.jumps, board.measure, board.choice, board.allowed
     change, solve, dot, einsum, add = tables.change, tables.solve, np.dot, np.einsum, np.add.reduce
-    fence = _Fence(tables, limits.tolerance, coordinates) if limits.tolerance is not None else None
+    touched = None if held is None else held.touched
+    fence = None
+    if limits.tolerance is not None:
+        fence = Fence(tables, limits.tolerance, coordinates, board.measure.shape, gone)
     target = -1.0 if limits.target is None else limits.target
     log = _Log(jumps.shape, float(measure.sum()))
     value, steps, discarded, status = log.best_value, 0, 0, ""
@@ -97,30 +106,48 @@ def iterate(tables: StepTables, jumps: np.ndarray, limits: Limits) -> GreedyRun:
         row, column = divmod(i, columns)
         k, l = row - r, column - s  # noqa: E741 - PCG's letters
         jump = all_jumps[row, column]
-        multiplier = dot(solve[k, l], jump)
-        if fence is not None and not fence.admits(k, l, multiplier):
+        local = held.at(k, l) if held is not None and touched is not None and touched[k, l] else None
+        move = None
+        if local is None:
+            multiplier = dot(solve[k, l], jump)
+        else:
+            multiplier = dot(local.solve, jump.ravel()).reshape(jump.shape)
+            move = local.move @ multiplier.ravel()
+        if fence is not None and not (
+            fence.admits(k, l, multiplier) if local is None or move is None else fence.takes(local.place, move)
+        ):
             # Not before a step nearby has changed what is asked of this one.
             flat_choice[i] = 0.0
             discarded += 1
             continue
         box = all_jumps[k : k + high, l : l + wide]
-        box += dot(change[k, l], jump).reshape(box_shape)
+        if local is None or move is None or held is None:
+            box += dot(change[k, l], jump).reshape(box_shape)
+        else:
+            box += held.effect(k, l, local, move)
         before = measure[k : k + high, l : l + wide]
         after = einsum("abij,abij->ab", box, box)
         # The jumps at the knot itself are zero now but for rounding, which must not be chosen again.
-        after[r, s] = 0.0
-        value += float(add((after - before).ravel()))
+        rest = after[r, s] if local is not None and not local.clears else 0.0
+        after[r, s] = rest
+        gain = float(add((after - before).ravel()))
+        value += gain
         before[...] = after
         if choice is not measure:
-            choice[k : k + high, l : l + wide] = (
-                after if allowed is None else after * allowed[k : k + high, l : l + wide]
-            )
+            # Nor what conditions do not let vanish.
+            after[r, s] = 0.0
+            open_box = choice[k : k + high, l : l + wide]
+            open_box[...] = after if allowed is None else after * allowed[k : k + high, l : l + wide]
+            if fence is not None:
+                fence.keep_shut(k, l, box, open_box)
         steps += 1
         log.append(k, l, multiplier, value)
         if log.full:
             log.settle()
         if value > limits.divergence * log.best_value:
             status = "diverged"
+        elif abs(gain) < limits.change:
+            status = "stalled"
     log.settle()
     return GreedyRun(log.kept, log.history(), log.best, discarded, status)
 
@@ -165,35 +192,3 @@ class _Log:
 
     def history(self) -> np.ndarray:
         return np.array(self._values)
-
-
-class _Fence:
-    """How far the controls have gone, and whether a step keeps them within their tolerances."""
-
-    def __init__(self, tables: StepTables, tolerance: np.ndarray, coordinates: int):
-        self.limit = tolerance**2
-        self.gone = np.zeros((*tolerance.shape, coordinates))
-        u, v = tables.jumps.u, tables.jumps.v
-        self.u = _window(u.moved(tables.step)), _window(u.values)
-        self.v = _window(v.moved(tables.step)), _window(v.values)
-        self.kinds = tables.jumps.kinds
-
-    def admits(self, k: int, l: int, multiplier: np.ndarray) -> bool:  # noqa: E741
-        """Take the step if no control leaves its tolerance."""
-        (a, n), (b, w) = self.u, self.v
-        move = np.multiply.outer(np.outer(a[k], w[l]), multiplier[0])
-        if self.kinds == 2:
-            move += np.multiply.outer(np.outer(n[k], b[l]), multiplier[1])
-        place = slice(k, k + move.shape[0]), slice(l, l + move.shape[1])
-        there = self.gone[place] - move
-        if (np.einsum("abc,abc->ab", there, there) > self.limit[place]).any():
-            return False
-        self.gone[place] = there
-        return True
-
-
-def _window(rows: np.ndarray) -> np.ndarray:
-    """(K, 5) the coefficients of the controls that each knot reads, (1, 1) for the other direction of a curve."""
-    if rows.shape[1] == 1:
-        return np.ones((1, 1))
-    return np.stack([row[k : k + WIDE] for k, row in enumerate(rows)])

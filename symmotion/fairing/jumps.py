@@ -1,7 +1,7 @@
 """Jumps of the third derivative at the knots of bicubic nets and cubic curves, and the tables of local steps."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -19,12 +19,13 @@ class Direction:
     """One direction of a net: jumps and values at its K interior knots.
 
     knots: (K,) their parameters; jumps: (K, n) the coefficients a_i of the jump X‴(u⁻) − X‴(u⁺);
-    values: (K, n) the B-splines N_i at the knots.
+    values: (K, n) the B-splines N_i at the knots. ring: whether the first and the last control stay.
     """
 
     knots: np.ndarray
     jumps: np.ndarray
     values: np.ndarray
+    ring: tuple[bool, bool] = (True, True)
 
     @staticmethod
     def of(basis: BSplineBasis, name: str = "u") -> "Direction":
@@ -75,7 +76,7 @@ class Direction:
         if step == "nine":
             return np.where(self.values != 0, self.jumps, 0.0)
         inside = np.ones(self.jumps.shape[1])
-        inside[[0, -1]] = 0
+        inside[[0, -1]] = np.logical_not(self.ring)
         return self.jumps * inside
 
 
@@ -94,6 +95,11 @@ class Jumps:
         """The jumps over one basis (a curve) or two; InputError names the direction that cannot be faired."""
         directions = [Direction.of(b, name) for b, name in zip(bases, NAMES, strict=False)]
         return Jumps(directions[0], directions[1] if len(directions) > 1 else Direction.single())
+
+    def with_ring(self, ring: Mapping[str, bool]) -> "Jumps":
+        """The same jumps with what stays of the outermost controls by side, "u0", "u1", "v0", "v1"."""
+        u = replace(self.u, ring=(ring["u0"], ring["u1"]))
+        return Jumps(u, self.v if self.v.trivial else replace(self.v, ring=(ring["v0"], ring["v1"])))
 
     @property
     def shape(self) -> tuple[int, int]:

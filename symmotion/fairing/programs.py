@@ -6,14 +6,33 @@ from time import perf_counter
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import sparse
 
 from symmotion import checks
 from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.question import as_constraints, assembled, require_start
 from symmotion.errors import InputError
-from symmotion.fairing.coordinates import Box, Coordinates, Motion
+from symmotion.fairing.blocks import (
+    KEYFRAMES,
+    KeyframePlaces,
+    border_constraints,
+    bounds_constraint,
+    change_block,
+    closeness_block,
+    fairness_block,
+    fixed_constraint,
+    kept_constraint,
+    keyframe_constraints,
+    on_displacements,
+)
+from symmotion.fairing.borders import Borders, Freedom
+from symmotion.fairing.coordinates import Coordinates, Fairable
+from symmotion.fairing.held_steps import HeldSteps
 from symmotion.fairing.jumps import Jumps, Step
+from symmotion.fairing.keyframes import Asked, held
+from symmotion.fairing.least_squares import LeastSquares
+from symmotion.fairing.metrics import Metric
 from symmotion.jets.nets import NetSpace
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
@@ -27,11 +46,13 @@ class FairingDesign:
     """How the unknowns of a fairing program read as a motion: they are some controls of a net, the others stay.
 
     start: (n, m, C) the net; controls: (P,) the unknowns' places in it, counted row by row.
+    keyframes: which rows of which constraints each of them is, and the equations of its displacement.
     """
 
     coordinates: Coordinates
     start: np.ndarray
     controls: np.ndarray
+    keyframes: KeyframePlaces = ()
 
     def net(self, unknowns: Mapping[str, np.ndarray]) -> np.ndarray:
         """(n, m, C) the net with the unknowns in it."""
@@ -39,11 +60,11 @@ class FairingDesign:
         net.reshape(-1, net.shape[-1])[self.controls] = unknowns[UNKNOWN]
         return net
 
-    def motion(self, unknowns: Mapping[str, np.ndarray]) -> Motion:
+    def motion(self, unknowns: Mapping[str, np.ndarray]) -> Fairable:
         """The motion of the program's unknowns."""
         return self.coordinates.motion_of(self.net(unknowns))
 
-    def unknowns(self, motion: Motion) -> dict[str, np.ndarray]:
+    def unknowns(self, motion: Fairable) -> dict[str, np.ndarray]:
         """The unknowns that a motion over the same knots has."""
         require_start(motion, type(self.coordinates.motion), 3)
         net = replace(self.coordinates, motion=motion).net
@@ -52,12 +73,16 @@ class FairingDesign:
         return {UNKNOWN: net.reshape(-1, net.shape[-1])[self.controls]}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
-        """Multipliers by constraint, one row per jump or control."""
-        return dict(multipliers)
+        """Multipliers by constraint, one row per jump or control; "keyframes": (M, d), on their displacements."""
+        found = {name: values for name, values in multipliers.items() if not name.startswith(KEYFRAMES)}
+        if self.keyframes:
+            given = [None if p is None else multipliers[p.name][p.row] for p in self.keyframes]
+            found[KEYFRAMES] = on_displacements([p and p.covector for p in self.keyframes], given)
+        return found
 
 
 def local_step_program(
-    motion: Motion, knot: tuple[int, ...], *, step: Step = "nine", parts: str | None = None, length: float = 1.0
+    motion: Fairable, knot: tuple[int, ...], *, step: Step = "nine", parts: str | None = None, length: float = 1.0
 ) -> "Program[FairingDesign]":
     """The local fairing step at one knot as a program: PCG (18), (19) with explicit λ and μ.
 
@@ -69,10 +94,12 @@ def local_step_program(
     """
     began = perf_counter()
     coordinates = Coordinates.of(motion, parts, length)
-    jumps = Jumps.of(motion.bases)
+    jumps = Jumps.of(coordinates.bases)
     place = int(knot[0]), int(knot[1]) if len(knot) > 1 else 0
-    if len(knot) != len(motion.bases) or not all(0 <= k < count for k, count in zip(place, jumps.shape, strict=True)):
-        raise InputError(f"knot {knot!r}: indices below {jumps.shape[: len(motion.bases)]} are needed")
+    if len(knot) != len(coordinates.bases) or not all(
+        0 <= k < count for k, count in zip(place, jumps.shape, strict=True)
+    ):
+        raise InputError(f"knot {knot!r}: indices below {jumps.shape[: len(coordinates.bases)]} are needed")
     program = LocalSteps(coordinates, jumps, step).program(place, coordinates.net)
     return replace(program, build_seconds=perf_counter() - began)
 
@@ -88,6 +115,8 @@ class LocalSteps:
     coordinates: Coordinates
     jumps: Jumps
     step: Step
+    metric: Metric = field(default_factory=Metric)
+    held: HeldSteps | None = None
     made: dict[tuple[int, int], tuple[Program[FairingDesign], np.ndarray, np.ndarray]] = field(
         default_factory=dict, repr=False
     )
@@ -99,9 +128,12 @@ class LocalSteps:
         program, controls, fixed = self.made[knot]
         flat = net.reshape(-1, net.shape[-1])
         points = flat[controls]
-        for constraint, row in zip(program.constraints, fixed, strict=True):
+        for constraint, row in zip(program.constraints[: len(fixed)], fixed, strict=True):
             program = program.with_data(constraint.name, (row @ flat)[None])
-        terms = (program.terms[0].with_data(points),)
+        for constraint in program.constraints[len(fixed) :]:
+            program = program.with_data(constraint.name, constraint.block.operator @ points.reshape(-1, 1))
+        data = np.column_stack([points, program.terms[0].data[:, points.shape[1] :]])
+        terms = (program.terms[0].with_data(data),)
         return replace(
             program, start={UNKNOWN: points}, terms=terms, design=FairingDesign(self.coordinates, net, controls)
         )
@@ -121,9 +153,7 @@ class LocalSteps:
         # Each of the two is a kernel of one row of symbols; which controls that row combines is the operator's.
         z, other = ca.SX.sym("z", channels), ca.SX.sym("other", channels)
         rows = slice(0, channels)
-        stay = sparse.csr_array(sparse.eye_array(len(controls)))
-        change = Kernel(z, other, z - other, channels, squares=True)
-        terms = (Block("change", change, UNKNOWN, rows, stay, 1, np.full(len(controls), 0.5), points),)
+        terms = (change_block(net, controls, self.metric),)
         jump = Kernel(z, other, z + other, channels)
         constraints = [
             Constraint.equality(
@@ -140,6 +170,8 @@ class LocalSteps:
             )
             for q in range(kinds)
         ]
+        if self.held is not None and len(kept := self.held.kept(controls)):
+            constraints.append(kept_constraint(kept))
         design = FairingDesign(self.coordinates, net, controls)
         fixed = np.array(whole[:kinds])
         fixed[:, controls] = 0.0
@@ -147,7 +179,7 @@ class LocalSteps:
 
 
 def fairing_program(
-    motion: Motion,
+    motion: Fairable,
     *,
     constraints: Sequence[MotionConstraint] = (),
     weight: float = 0.0,
@@ -155,67 +187,53 @@ def fairing_program(
     region: object = None,
     parts: str | None = None,
     length: float = 1.0,
+    keyframes: Sequence[Asked] = (),
+    borders: Borders = "ring",
+    weights: ArrayLike | None = None,
+    metric: ArrayLike | None = None,
 ) -> "Program[FairingDesign]":
     """The fairing of a whole net as a program: min ΣL + w Σ|d − d⁰|², or subject to |d − d⁰| ≤ δ.
 
     constraints: conditions on the net's jet (`NetJet`), at (u, v), or at parameters of a curve.
 
     The controls that stay, the ring or all outside `region`, are the constraint "fixed", and
-    their multipliers say what moving them would do to the objective; the bounds are the
-    constraint "bounds", |d − d⁰|²/δ² ≤ 1.
+    their multipliers say what moving them would do to the objective; borders that are held or
+    continued are "border u0" and so on, keyframes "keyframes"; the bounds are the constraint
+    "bounds", |d − d⁰|²/δ² ≤ 1.
 
-    weight: w ≥ 0; tolerance: δ > 0, one or (n, m) for all controls, None for no bounds; region,
-    parts, length: as for `fair`.
+    weight: w ≥ 0; tolerance: δ > 0, one or (n, m) for all controls, None for no bounds; the
+    others: as for `fair`.
     """
     began, asked = perf_counter(), as_constraints(constraints)
     coordinates = Coordinates.of(motion, parts, length)
-    jumps = Jumps.of(motion.bases)
-    box = Box.of(jumps, motion, region)
-    checks.not_negative(weight, "weight")
+    jumps = Jumps.of(coordinates.bases)
+    freedom = Freedom.of(coordinates, jumps, region, borders)
     net = coordinates.net
+    form = Metric.of(net.shape, weights, metric)
+    given_keys = held(coordinates, keyframes)
+    problem = LeastSquares(jumps, net, freedom, given_keys, form)
+    checks.not_negative(weight, "weight")
     n, m, channels = net.shape
-    flat = net.reshape(-1, channels)
-    free = np.zeros((n, m), dtype=bool)
-    free[box.controls(jumps)] = True
-    rows, every = slice(0, channels), sparse.csr_array(sparse.eye_array(n * m))
-    u, v, kinds = jumps.u, jumps.v, jumps.kinds
-    parts_of = [sparse.kron(u.jumps, v.values), sparse.kron(u.values, v.jumps)][:kinds]
-    # Row by row the jumps of one knot, then those of the next.
-    order = np.arange(kinds * parts_of[0].shape[0]).reshape(kinds, -1).T.ravel()
-    operator = sparse.csr_array(sparse.vstack(parts_of, format="csr")[order])
-    operator.eliminate_zeros()
-    z, other = ca.SX.sym("z", kinds * channels), ca.SX.sym("none", 0)
-    count = operator.shape[0] // kinds
-    fairness = Kernel(z, other, z, channels, squares=True)
-    terms = [Block("fairness", fairness, UNKNOWN, rows, operator, 1, np.ones(count), np.zeros((count, 0)))]
-    z, other = ca.SX.sym("z", channels), ca.SX.sym("other", channels)
-    inside, outside = np.flatnonzero(free), np.flatnonzero(~free)
+    start = problem.start.reshape(-1, channels)
+    free = np.flatnonzero(freedom.free)
+    terms = [fairness_block(jumps, channels)]
     if weight:
-        near = Kernel(z, other, z - other, channels, squares=True)
-        terms.append(
-            Block("closeness", near, UNKNOWN, rows, every[inside], 1, np.full(len(inside), weight), flat[inside])
-        )
-    stay = Kernel(z, other, z - other, channels)
-    fixed = Block("fixed", stay, UNKNOWN, rows, every[outside], 1, np.ones(len(outside)), flat[outside])
-    given = [Constraint.equality(fixed)]
+        # Of the controls that stay too, where it adds nothing but keeps the Hessian regular.
+        terms.append(closeness_block(net, np.arange(n * m), weight, form))
+    fixed = np.flatnonzero(~freedom.free)
+    given = [fixed_constraint(start, fixed)] if len(fixed) else []
+    given += border_constraints(freedom, start)
+    blocks, places = keyframe_constraints(given_keys, problem.active, channels)
+    given += blocks
     if tolerance is not None:
-        limit = tolerances(tolerance, (n, m)).ravel()[inside]
+        limit = tolerances(tolerance, (n, m)).ravel()[free]
         if not (limit > 0).all():
             raise InputError("tolerance 0: bounds must leave room; exclude controls by the region instead")
-        given.append(_bounds(flat, inside, limit, every))
-    design = FairingDesign(coordinates, net, np.arange(n * m))
-    setting = Setting((NetSpace(motion.bases, channels),), np.empty(0))
-    program = assembled({UNKNOWN: flat.copy()}, terms, given, asked, setting, design)
+        given.append(bounds_constraint(net, free, limit, form))
+    design = FairingDesign(coordinates, net, np.arange(n * m), places)
+    setting = Setting((NetSpace(coordinates.bases, channels),), np.empty(0))
+    program = assembled({UNKNOWN: start.copy()}, terms, given, asked, setting, design)
     return replace(program, build_seconds=perf_counter() - began)
-
-
-def _bounds(flat: np.ndarray, inside: np.ndarray, limit: np.ndarray, every: sparse.csr_array) -> Constraint:
-    channels = flat.shape[1]
-    z, data = ca.SX.sym("z", channels), ca.SX.sym("data", channels + 1)
-    kernel = Kernel(z, data, ca.sumsqr((z - data[:channels]) / data[channels]), channels)
-    table = np.column_stack([flat[inside], limit])
-    block = Block("bounds", kernel, UNKNOWN, slice(0, channels), every[inside], 1, np.ones(len(inside)), table)
-    return Constraint(block, np.full((len(inside), 1), -np.inf), np.ones((len(inside), 1)))
 
 
 def tolerances(tolerance: float | np.ndarray, shape: tuple[int, int]) -> np.ndarray:

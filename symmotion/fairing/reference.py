@@ -6,21 +6,30 @@ import numpy as np
 
 from symmotion.fairing.coordinates import Coordinates
 from symmotion.fairing.greedy import GreedyRun, Limits
+from symmotion.fairing.held_steps import HeldSteps
 from symmotion.fairing.jumps import Jumps, Step
+from symmotion.fairing.metrics import Metric
 from symmotion.fairing.programs import JUMPS, FairingDesign, LocalSteps
 from symmotion.solvers import ExactNewton, Status
 from symmotion.systems import Certificate
 
 
 def iterate_programs(
-    coordinates: Coordinates, jumps: Jumps, step: Step, limits: Limits
+    coordinates: Coordinates,
+    jumps: Jumps,
+    step: Step,
+    limits: Limits,
+    metric: Metric,
+    held: HeldSteps | None,
+    first: np.ndarray,
 ) -> tuple[GreedyRun, np.ndarray, Certificate | None, str]:
     """The run, the best net (n, m, C), the worst of the steps' certificates and the message of a solve that failed.
 
-    The measures are computed from the net after every step; nothing is updated in place.
+    The measures are computed from the net after every step; nothing is updated in place. first: (n, m, C) the net at
+    which conditions hold, which the steps of `held` keep.
     """
-    solver, steps = ExactNewton(), LocalSteps(coordinates, jumps, step)
-    start = net = coordinates.net
+    solver, steps = ExactNewton(), LocalSteps(coordinates, jumps, step, metric, held)
+    start, net = coordinates.net, first
     best, kept = 0, net
     allowed = np.ones(jumps.shape, dtype=bool) if limits.knots is None else limits.knots
     open_knots = allowed.copy()
@@ -41,6 +50,9 @@ def iterate_programs(
         if status:
             break
         k, l = (int(i) for i in np.unravel_index(int(measure.argmax()), measure.shape))  # noqa: E741
+        if held is not None and held.touched[k, l] and not held.at(k, l).clears:
+            status, message = "cap", f"step {len(history)} at knot ({k}, {l}): conditions leave no room for both jumps"
+            break
         program = steps.program((k, l), net)
         solution = solver.solve(program)
         worst = _worse(worst, solution.certificate)
@@ -63,6 +75,8 @@ def iterate_programs(
         history.append(float(jumps.fairness(net).sum()))
         if history[-1] < history[best]:
             best, kept, kept_total = len(history) - 1, net, total.copy()
+        if abs(history[-1] - history[-2]) < limits.change:
+            status = "stalled"
     run = GreedyRun(kept_total, np.array(history), best, discarded, status)
     return run, kept, worst, message
 

@@ -1,7 +1,7 @@
 """What fairing returns, whatever the method."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Generic
 
@@ -18,7 +18,8 @@ class FairingStatus(StrEnum):
 
     TARGET: G is at the target or below; SOLVED: the global problem is solved; MINIMUM: G went up
     again for good, past its minimum, and the best net was kept; CAP: the cap on steps was reached;
-    EXHAUSTED: no step is left that the tolerance allows; FAILED: a solver failed.
+    EXHAUSTED: no step is left that the tolerance allows; STALLED: a step changed G by less than was
+    asked for, PCG (23); FAILED: a solver failed.
     """
 
     TARGET = "target"
@@ -26,6 +27,7 @@ class FairingStatus(StrEnum):
     MINIMUM = "minimum"
     CAP = "cap"
     EXHAUSTED = "exhausted"
+    STALLED = "stalled"
     FAILED = "failed"
 
 
@@ -37,14 +39,19 @@ class FairingResult(Generic[AnyMotion]):
     controls are, of lengths over `length`) by the sixth power of the units of u and v.
 
     motion: the best one found; start: the one given; method: its name; status; message.
-    history: (steps + 1,) G of the start and after every step, also those after the best net.
+    history: (steps + 1,) G of the start, that with keyframes and borders met, and after every step, also those after
+        the best net.
     before, after: (K, L) the local measures L_kl at the interior knots; of a curve (K,).
     displacement: (n, m) how far each control went, in units of the faired coordinates; of a curve (n,).
     multipliers: "jumps" (K, L, 2, C) the λ and μ of the steps up to the best net, summed for each
         knot; of the global methods one row per jump or control of each constraint.
     certificate: the worst of the programs solved, None where none was.
     steps: local steps taken, or iterations of the solver; best_step: that of the motion.
-    discarded: steps that the tolerance forbade; weight: w of the least squares.
+    discarded: steps tried that the tolerance forbade; weight: w of the least squares.
+    keyframe_weights: (M,) κ of each keyframe, D(u, v) = κ D* with Q* of length 1, NaN where there is none.
+
+    Of a keyframe multipliers["keyframes"] (M, d) are what it costs: with another D* + η, both parts over the length of
+    Q* and the dual one over `length`, the objective changes by −κ λ · η (with a weight given, by −w λ · η).
     """
 
     motion: AnyMotion
@@ -62,6 +69,7 @@ class FairingResult(Generic[AnyMotion]):
     seconds: float
     discarded: int = 0
     weight: float | None = None
+    keyframe_weights: np.ndarray = field(default_factory=lambda: np.zeros(0))
     message: str = ""
 
     @property

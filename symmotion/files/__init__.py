@@ -11,6 +11,7 @@ from symmotion.files.bvh import read_bvh
 from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf_keyframes
 from symmotion.files.gltf_writing import write_gltf
+from symmotion.files.grids import ToolPath, read_orientation_grid, read_tool_path, write_tool_path
 from symmotion.files.reading import read_keyframes, read_motion, read_two_parameter
 from symmotion.files.skeleton import Skeleton, joint_trajectories
 from symmotion.files.table import FORMATS
@@ -23,17 +24,21 @@ __all__ = [
     "Format",
     "Option",
     "Skeleton",
+    "ToolPath",
     "WrittenMotion",
     "joint_trajectories",
     "read_bvh",
     "read_gltf_keyframes",
     "read_keyframes",
     "read_motion",
+    "read_orientation_grid",
+    "read_tool_path",
     "read_two_parameter",
     "write_gltf",
     "write_keyframes",
     "write_mesh",
     "write_motion",
+    "write_tool_path",
     "write_two_parameter",
     "write_usd",
 ]

@@ -12,10 +12,12 @@ from symmotion.motions.position import Affine
 from symmotion.motions.rational import CurveMotion, RationalMotion
 from symmotion.motions.rigid import RigidSamples, orthonormalise, polar_factors
 from symmotion.motions.rotations import as_rotations
+from symmotion.motions.symmetry import POINT_GROUPS, symmetry_group
 from symmotion.motions.two_parameter import TwoParameterMotion
 
 __all__ = [
     "PARAMETRISATIONS",
+    "POINT_GROUPS",
     "Affine",
     "AffineMotion",
     "CurveMotion",
@@ -37,4 +39,5 @@ __all__ = [
     "orthonormalise",
     "polar_factors",
     "smooth_net",
+    "symmetry_group",
 ]

@@ -10,6 +10,7 @@ from symmotion.errors import InputError
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
 from symmotion.motions.rotations import as_rotations
+from symmotion.motions.symmetry import Symmetry, reduced, symmetry_group
 from symmotion.values import value
 
 if TYPE_CHECKING:
@@ -169,12 +170,18 @@ class DualQuaternions:
         back = conjugate(self.real)
         return DualQuaternions(back, -0.5 * product(back, as_quaternion(self.translation)))
 
-    def aligned(self) -> "DualQuaternions":
+    def aligned(self, symmetry: "Symmetry | None" = None) -> "DualQuaternions":
         """The same displacements with neighbours along every axis in one hemisphere, Q · Q' ≥ 0.
+
+        symmetry: the rotations of the body that leave it as it is, of a crystal those of its point group ("432",
+        "O", …, a SciPy `Rotation` or quaternions): of each displacement D S the one nearest to its neighbours.
 
         Raises InputError that names two neighbours where no choice of signs does that: the
         displacements around a cell turn too far for what lies between them to be clear.
         """
+        if symmetry is not None:
+            turned = reduced(self.real, self.dual, symmetry_group(symmetry))
+            return DualQuaternions(*turned).aligned()
         signs, axes = np.ones(self.shape), len(self.shape)
         for axis in reversed(range(axes)):
             # Lines along the last axis first; along the others, whole slices follow their first entries.
@@ -197,7 +204,8 @@ class DualQuaternions:
                 other = one + (np.arange(len(one)) == axis)
                 raise InputError(
                     f"quaternions {_name(one)} and {_name(other)} are in different hemispheres: align the net, and "
-                    "where that cannot help, since it turns too far around a cell, give more displacements"
+                    "where that cannot help, since it turns too far around a cell, give more displacements; where they "
+                    "are orientations of crystals, their symmetry is the likely cause: give it"
                 )
 
 

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import choice, floats, numbers
+from symmotion.checks import array, choice, floats, numbers
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.motion import as_points
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
 from symmotion.motions.rational import CurveMotion, Pair, RationalMotion, positions, quotient
+from symmotion.motions.symmetry import Symmetry
 from symmotion.pictures import as_html, plot_net
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
@@ -21,7 +22,7 @@ from symmotion.values import value
 if TYPE_CHECKING:
     from scipy.interpolate import NdBSpline
 
-Knots = Literal["uniform", "clamped"] | BSplineBasis
+Knots = Literal["uniform", "clamped", "chordal", "centripetal"] | BSplineBasis
 Side = Literal["u0", "u1", "v0", "v1"]
 
 
@@ -60,22 +61,32 @@ class TwoParameterMotion:
         *,
         degree: int = 3,
         spherical: bool | None = None,
+        points: ArrayLike | None = None,
+        symmetry: "Symmetry | None" = None,
     ) -> "TwoParameterMotion":
         """The motion with these control displacements (n, m), put in one hemisphere first.
 
         u, v: a basis, or simple knots at distance 1, "uniform" (from 0 on, the domain beginning
         at knot `degree`) or "clamped" (from 0 on, with repeated end knots: the boundary motions
-        are those of the boundary controls). spherical: whether to drop the dual parts; when left
-        out, if they are all zero.
+        are those of the boundary controls), or "chordal" and "centripetal", simple knots at distances
+        on average 1 that follow how far the `points` (P, 3) of the body move between neighbouring
+        controls, or the square root of that, on average over the other direction; the ends of the
+        axes when left out. Equal distances make them the uniform ones. spherical: whether to drop
+        the dual parts; when left out, if they are all zero. symmetry: of the body, as for
+        `DualQuaternions.aligned`.
         """
         if len(displacements.shape) != 2:
             raise InputError(f"control displacements of shape {displacements.shape}: a net (n, m) is needed")
-        aligned = displacements.aligned()
+        aligned = displacements.aligned(symmetry)
         n, m = displacements.shape
+        bases = [
+            simple_knots(aligned, axis, degree, knots == "centripetal", points)
+            if isinstance(knots, str) and knots in ("chordal", "centripetal")
+            else as_basis(knots, count, degree, "uv"[axis])
+            for axis, (knots, count) in enumerate(zip((u, v), (n, m), strict=True))
+        ]
         dropped = not aligned.dual.any() if spherical is None else spherical
-        return TwoParameterMotion(
-            as_basis(u, n, degree, "u"), as_basis(v, m, degree, "v"), aligned.real, None if dropped else aligned.dual
-        )
+        return TwoParameterMotion(bases[0], bases[1], aligned.real, None if dropped else aligned.dual)
 
     @property
     def spherical(self) -> bool:
@@ -223,4 +234,34 @@ def as_basis(knots: Knots, n: int, degree: int, name: str) -> BSplineBasis:
         return BSplineBasis(np.arange(n + degree + 1.0), degree)
     if knots == "clamped":
         return BSplineBasis.clamped(np.arange(n - degree + 1.0), degree)
-    raise InputError(f"knots in {name}: {knots!r} is unknown; uniform, clamped or a BSplineBasis is needed")
+    raise InputError(
+        f"knots in {name}: {knots!r} is unknown; uniform, clamped, chordal, centripetal or a BSplineBasis is needed"
+    )
+
+
+def simple_knots(
+    net: DualQuaternions, axis: int, degree: int, root: bool, points: ArrayLike | None = None
+) -> BSplineBasis:
+    """The basis whose knots are as far apart as the body points of a net (n, m) move along an axis.
+
+    Control i belongs to the parameter t_i, the average over the lines of the (root of the) distances before it, and a
+    knot to that half-way through the degree + 2 that its function has; beyond the ends the last distance is repeated.
+    Raises InputError where neighbouring lines of controls coincide.
+    """
+    body = np.eye(3) if points is None else array(points, ("P", 3), "points")
+    count = net.shape[axis]
+    if count <= degree:
+        raise InputError(f"{count} controls in {'uv'[axis]} are too few for degree {degree}")
+    places = np.moveaxis(net.matrices(body), axis, 0)
+    far = np.sqrt(np.mean(np.sum(np.diff(places, axis=0) ** 2, axis=-1), axis=-1))
+    steps = np.mean(np.sqrt(far) if root else far, axis=tuple(range(1, far.ndim)))
+    if not (steps > 0).all():
+        i = int(np.argmin(steps))
+        raise InputError(f"controls {i} and {i + 1} in {'uv'[axis]} are the same everywhere: no distance lies between")
+    steps = steps / steps.mean()
+    beyond = degree
+    steps = np.concatenate([np.full(beyond, steps[0]), steps, np.full(beyond, steps[-1])])
+    t = np.concatenate([[0.0], np.cumsum(steps)])
+    middles = np.arange(count + degree + 1) - (degree + 1) / 2 + beyond
+    knots = np.interp(middles, np.arange(len(t)), t)
+    return BSplineBasis(knots - knots[0], degree)

@@ -11,7 +11,7 @@ from symmotion import checks
 from symmotion.program import DesignT, Excess, Program
 from symmotion.program.everywhere import Everywhere
 from symmotion.solvers.solution import Course, Round, Seconds, Solution, Status
-from symmotion.solvers.solver import start_vector
+from symmotion.solvers.solver import require_program, start_vector
 
 # What solves a program at the times that it holds its bounds, from a start.
 Solve: TypeAlias = Callable[[Program[DesignT], object], Solution[DesignT]]
@@ -92,7 +92,7 @@ def exchange(
     which its multipliers belong. Where the excess stays above the tolerance the message says so.
     Source: Hettich and Kortanek 1993 (exchange for semi-infinite programs).
     """
-    bounds = bounds_everywhere(program)
+    bounds = bounds_everywhere(require_program(program))
     if not bounds:
         return solve(program, start)
     checks.not_negative(tolerance, "tolerance")

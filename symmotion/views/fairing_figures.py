@@ -83,12 +83,19 @@ def draw_isophotes(
     A surface of class C² has isophotes of class C¹: where the third derivatives jump they have corners
     in their curvature, where the surface is bumpy they wave.
 
+    Where the surface folds in the view, so that its isophotes lie over each other, the fold is dashed and named.
+
     direction: of the view, `facing` when left out.
     """
-    seen = patch.points @ view_from(facing(patch) if direction is None else direction)
+    view = view_from(facing(patch) if direction is None else direction)
+    seen = patch.points @ view
     cosine = patch.normals @ (np.asarray(light, dtype=float) / np.linalg.norm(light))
     steps = np.linspace(cosine.min(), cosine.max(), levels + 2)[1:-1]
     axes.contour(seen[..., 0], seen[..., 1], cosine, levels=steps, colors=colour, linewidths=0.7, linestyles="solid")
+    side = patch.normals @ view[:, 2]
+    if side.min() < 0 < side.max():
+        axes.contour(seen[..., 0], seen[..., 1], side, levels=[0.0], colors=INK, linewidths=0.9, linestyles="dashed")
+        axes.text(0.5, 0.0, "folds along the dashed line", transform=axes.transAxes, ha="center", va="top", fontsize=7)
     _draw_border(axes, seen)
     bare(axes)
 

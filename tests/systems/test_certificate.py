@@ -110,8 +110,8 @@ def forgeries(program, solution):
 def test_minima_pass_and_what_only_looks_like_one_is_refused(kind):
     make, solver = KINDS[kind]
     for seed in range(SLOW.get(kind, COUNT)):
-        program = make(seed)
-        solution = solver.solve(program).require(TOLERANCE)
+        solution = solver.solve(make(seed)).require(TOLERANCE)
+        program = solution.program  # with the times of its bounds at the end
         assert sm.certify(program, solution.x, solution.multiplier_vector) == solution.certificate
         for k, (x, multipliers) in enumerate(forgeries(program, solution)):
             assert not sm.certify(program, x, multipliers).holds(TOLERANCE), (seed, k)
@@ -147,5 +147,5 @@ def test_a_sign_is_wrong_on_one_side_only():
     multipliers = solution.multiplier_vector.copy()
     for value in (1.0, -1.0):
         multipliers[-1] = value
-        certificate = sm.certify(program, solution.x, multipliers)
+        certificate = sm.certify(solution.program, solution.x, multipliers)
         assert not certificate.holds(TOLERANCE) and certificate.pressing > 0.1
