@@ -1,42 +1,396 @@
 """Bounds on speeds, places and torques: how sure and how fast are the two solvers, and what does a bound cost?"""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from statistics import median
 from time import process_time
 
+import casadi as ca
+import numpy as np
+from scipy.stats import binomtest
+
 import symmotion as sm
-from studies.solving.bounded_problems import POINTS, BoundedProblem
+from studies.solving.bounded_problems import KINDS, POINTS, BoundedProblem, problem
+from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
+from symmotion.views import COLOURS, new_figure
 
 SAME = 1e-6  # relative difference up to which two values are the same minimum
-QUICK, FULL = 33, 330  # problems, of all kinds alike
-SIZES, LONG = (20, 100), (20, 100, 400, 1000)  # keyframes of the speed comparison
-EDITS, MANY = 20, 200  # neighbouring programs solved from a solution
-SAMPLED = (5, 10, 20)  # times in each span
+QUICK, FULL = 11, 330  # problems, of all kinds alike
+SIZES, LONG = (20, 100), (20, 100, 400, 1000)  # keyframes of the comparison of speeds
+DENSE = 8  # times in every segment at which those programs hold their bound
+EDITS, MANY = 20, 200  # neighbouring programs that are solved from a solution
+SAMPLED = (5, 10, 20)  # times in every span
 PATIENCE = 30.0  # seconds for a solve
 OBJECTIVE = sm.Rigidity() + 1e-2 * sm.TrajectoryEnergy(POINTS)
+METHODS = ("newton", "ipopt")
+
+
+def solvers(kernels: sm.kernels.Kernels = "auto") -> tuple[sm.ExactNewton, sm.Ipopt]:
+    """The two that take bounds, with the same kernels and the same time."""
+    return sm.ExactNewton(kernels=kernels, time_limit=PATIENCE), sm.Ipopt(kernels=kernels, time_limit=PATIENCE)
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """Both solvers on one problem, and the CPU seconds of each."""
+    """Both solvers on one problem from its own start, and the CPU seconds of each."""
 
-    task: BoundedProblem
-    newton: sm.Solution
-    ipopt: sm.Solution
+    name: str
+    kind: str
+    solutions: tuple[sm.Solution, sm.Solution]
     seconds: tuple[float, float]
 
+    @staticmethod
+    def of(name: str, kind: str, program: sm.program.Program, kernels: sm.kernels.Kernels = "auto") -> "Pair":
+        found, seconds = [], []
+        for solver in solvers(kernels):
+            began = process_time()
+            found.append(solver.solve(program))
+            seconds.append(process_time() - began)
+        return Pair(name, kind, (found[0], found[1]), (seconds[0], seconds[1]))
+
     @property
-    def solutions(self) -> tuple[sm.Solution, sm.Solution]:
-        return self.newton, self.ipopt
+    def best(self) -> float:
+        """The least certified objective, infinite where neither has one."""
+        return min((s.objective for s in self.solutions if certified(s)), default=np.inf)
 
 
-def solve_both(task: BoundedProblem, kernels: sm.solvers.Kernels = "auto") -> Pair:
-    """From the program's own start, at the times that the program holds its bounds, one after the other."""
-    found, seconds = [], []
-    for solver in (
-        sm.ExactNewton(kernels=kernels, time_limit=PATIENCE),
-        sm.Ipopt(kernels=kernels, time_limit=PATIENCE),
-    ):
+def certified(solution: sm.Solution) -> bool:
+    """Solved, by its certificate, and nowhere beyond its bounds by more than 1e-6 of them."""
+    worst = max((e.value for e in solution.certificate.excess.values()), default=0.0)
+    return solution.status == "solved" and worst <= SAME
+
+
+def run(options: StudyOptions) -> StudyResult:
+    pairs = []
+    for seed in range(FULL if options.full else QUICK):
+        task: BoundedProblem = problem(seed)
+        options.progress(task.name)
+        pairs.append(Pair.of(task.name, task.kind, task.program))
+    sped = []
+    for count in LONG if options.full else SIZES:
+        options.progress(f"a speed bound on {count} keyframes")
+        sped.append((count, Pair.of(f"{count} keyframes", "speed", fixed(count), "compiled")))
+    options.progress("neighbouring programs")
+    edits = edited(MANY if options.full else EDITS)
+    options.progress("between the samples")
+    sampled = between_samples()
+    runs = [replace(Run.of(p.name, s), log=()) for p in pairs for s in p.solutions]
+    runs += [Run.of(f"speed bound, {p.name}", s) for _, p in sped for s in p.solutions]
+    tables = (_by_kind(pairs), _speeds(sped), _edits(edits), _between(sampled), _prices(sampled[-1].solution))
+    return StudyResult(
+        tables, (_speed_figure(sampled), _floor_figure()), tuple(runs), *_told(pairs, sped, edits, sampled)
+    )
+
+
+def fixed(count: int) -> sm.program.Program:
+    """Keyframes turned by up to 40° whose body points may move at 0.97 of the speed they have without a bound.
+
+    Held at the same eight times in every segment.
+    """
+    keys = sm.examples.random_keyframes(count, 40, 0)
+    motion = sm.ExactNewton(kernels="compiled").solve(sm.affine_program(keys, objective=OBJECTIVE)).motion
+    share = np.arange(DENSE + 1)[:-1] / DENSE
+    times = np.append((keys.times[:-1, None] + np.diff(keys.times)[:, None] * share).ravel(), keys.times[-1])
+    limit = 0.97 * float(np.linalg.norm(motion.trajectory(POINTS, times, 1), axis=-1).max())
+    held = sm.JetConstraint(
+        lambda jet: ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in POINTS)),
+        lower=-np.inf,
+        upper=limit**2,
+        at=times,
+        power=2,
+        name="speed",
+    )
+    return sm.affine_program(keys, objective=OBJECTIVE, constraints=[held])
+
+
+@dataclass(frozen=True, eq=False)
+class Edits:
+    """Neighbours of solved programs: iterations (edits,) from the solution and from the program's own start.
+
+    changed: whether other bounds press than before; same: whether both starts end at the same minimum.
+    """
+
+    warm: np.ndarray
+    cold: np.ndarray
+    ipopt: np.ndarray
+    changed: np.ndarray
+    same: np.ndarray
+
+
+def edited(count: int) -> Edits:
+    """A keyframe of a program with a speed bound at fixed times moved and turned, again and again from one solution."""
+    newton, ipopt = solvers()
+    program = fixed(10)
+    base, theirs = newton.solve(program), ipopt.solve(program)
+    keys, rng, rows = program.design.keyframes, np.random.default_rng(1), []
+    pressed = base.multipliers["speed"] > 1e-7
+    for _ in range(count):
+        i, size = int(rng.integers(1, len(keys) - 1)), float(10 ** rng.uniform(-2.5, -1))
+        turned = keys.linear[i] @ (np.eye(3) + np.cross(np.eye(3), size * rng.normal(size=3)))
+        moved = keys.moved(i, turned, keys.translation[i] + size * rng.normal(size=3))
+        other = program.with_keyframes(moved)
+        warm, cold, again = newton.solve(other, start=base), newton.solve(other), ipopt.solve(other, start=theirs)
+        if not certified(cold):
+            continue
+        changed = bool(((warm.multipliers["speed"] > 1e-7) != pressed).any())
+        same = certified(warm) and abs(warm.objective - cold.objective) <= SAME * abs(cold.objective)
+        rows.append((warm.iterations, cold.iterations, again.iterations, changed, same))
+    columns = np.array(rows, dtype=float).T
+    return Edits(columns[0], columns[1], columns[2], columns[3].astype(bool), columns[4].astype(bool))
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A bound held in one way: where, the solution, its times, rounds, and CPU seconds."""
+
+    where: str
+    solution: sm.Solution
+    times: int
+    rounds: int
+    seconds: float
+
+    @property
+    def excess(self) -> sm.program.Excess:
+        bound = sm.SpeedBound(POINTS, LIMIT)
+        return sm.excess(self.solution.motion, bound)
+
+
+KEYS = sm.examples.random_keyframes(8, 60, 1)
+LIMIT = 4.9
+SLOWER = sm.affine_program(KEYS, objective=OBJECTIVE)
+
+
+def between_samples() -> list[Held]:
+    """A speed bound left out, held at samples, and everywhere."""
+    solver, found = sm.ExactNewton(), []
+    free = solver.solve(SLOWER)
+    found.append(Held("not at all", free, 0, 1, 0.0))
+    breaks = SLOWER.design.basis.breakpoints
+    for density in SAMPLED:
+        inside = (np.arange(density) + 0.5) / density
+        times = (breaks[:-1, None] + np.diff(breaks)[:, None] * inside).ravel()
+        held = sm.JetConstraint(
+            lambda jet: ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in POINTS)),
+            lower=-np.inf,
+            upper=LIMIT**2,
+            at=times,
+            power=2,
+            name="speed",
+        )
+        program = sm.affine_program(KEYS, objective=OBJECTIVE, constraints=[held])
         began = process_time()
-        found.append(solver.solve(task.program))
-        seconds.append(process_time() - began)
-    return Pair(task, found[0], found[1], (seconds[0], seconds[1]))
+        solution = solver.solve(program)
+        found.append(Held(f"at {density} times in every span", solution, len(times), 1, process_time() - began))
+    program = sm.affine_program(KEYS, objective=OBJECTIVE, constraints=[sm.SpeedBound(POINTS, LIMIT)])
+    began = process_time()
+    solution = solver.solve(program)
+    seconds = process_time() - began
+    rounds = len(solution.exchange.rounds) if solution.exchange else 1
+    times = solution.program.constraint("speed").block.count
+    return [*found, Held("everywhere, by exchange", solution, times, rounds, seconds)]
+
+
+def _by_kind(pairs: Sequence[Pair]) -> Table:
+    rows = []
+    for kind in (*KINDS, "all"):
+        chosen = [p for p in pairs if kind in (p.kind, "all")]
+        if not chosen:
+            continue
+        for k, method in enumerate(METHODS):
+            found = [p.solutions[k] for p in chosen]
+            best = [
+                certified(s) and s.objective <= p.best + SAME * abs(p.best) for p, s in zip(chosen, found, strict=True)
+            ]
+            rows.append(
+                (
+                    kind,
+                    method,
+                    len(chosen),
+                    sum(map(certified, found)),
+                    sum(best),
+                    sum(s.status == "infeasible" or "cannot hold" in s.message for s in found),
+                    sum(s.status == "solved" and not certified(s) for s in found),
+                    median(s.iterations for s in found),
+                    1e3 * median(p.seconds[k] for p in chosen),
+                )
+            )
+    columns = (
+        Column("bounded"),
+        Column("method"),
+        Column("problems"),
+        Column("certified"),
+        Column("best known"),
+        Column("conflict named"),
+        Column("solved, not certified"),
+        Column("iterations, median"),
+        Column("CPU, median", "ms"),
+    )
+    caption = (
+        "Both solvers once, from the program's own start, with bounds that hold everywhere. Certified: solved, and "
+        "nowhere beyond a bound by more than 1e-6 of it. The time has the "
+        "kernels' derivation in it where a solve is the first of its kind."
+    )
+    return Table("problems", columns, tuple(rows), caption)
+
+
+def _speeds(sped: Sequence[tuple[int, Pair]]) -> Table:
+    rows = []
+    for count, pair in sped:
+        newton, ipopt = pair.solutions
+        pressing = int((np.abs(newton.multipliers["speed"]) > 1e-7).sum())
+        apart = abs(newton.objective - ipopt.objective) / abs(ipopt.objective)
+        ratio = pair.seconds[1] / pair.seconds[0]
+        counts = newton.iterations, ipopt.iterations
+        rows.append((count, newton.program.conditions, pressing, *counts, *pair.seconds, ratio, apart))
+    columns = (
+        Column("keyframes"),
+        Column("conditions"),
+        Column("bounds that press"),
+        Column("newton, iterations"),
+        Column("ipopt, iterations"),
+        Column("newton, CPU", "s"),
+        Column("ipopt, CPU", "s"),
+        Column("ipopt / newton"),
+        Column("difference of objectives, relative"),
+    )
+    caption = (
+        "One cold solve each of the same program, a speed bound on four body points at the same eight times in every "
+        "segment, compiled kernels for both, deriving and compiling them included where it is the first time."
+    )
+    return Table("speed", columns, tuple(rows), caption)
+
+
+def _edits(edits: Edits) -> Table:
+    rows = []
+    for name, values in (
+        ("newton, from the solution", edits.warm),
+        ("newton, from the program's start", edits.cold),
+        ("ipopt, from its solution", edits.ipopt),
+    ):
+        rows.append((name, len(values), float(np.median(values)), float(np.quantile(values, 0.9)), int(values.max())))
+    columns = (
+        Column("start"),
+        Column("edits"),
+        Column("iterations, median"),
+        Column("90 %"),
+        Column("most"),
+    )
+    caption = (
+        f"One of ten keyframes moved and turned by up to a tenth; in {100 * edits.changed.mean():.0f} % of the edits "
+        f"other bounds press than before, in {100 * edits.same.mean():.0f} % both starts end at the same minimum."
+    )
+    return Table("edits", columns, tuple(rows), caption)
+
+
+def _between(sampled: Sequence[Held]) -> Table:
+    rows = []
+    for h in sampled:
+        pressing = 0
+        if h.times:
+            pressing = int((np.abs(h.solution.multipliers["speed"]) > 1e-7).any(axis=-1).sum())
+        excess = h.excess
+        rows.append((h.where, h.times, pressing, 100 * excess.value, excess.kind, h.solution.objective, h.rounds))
+    columns = (
+        Column("held"),
+        Column("times"),
+        Column("of them press"),
+        Column("excess anywhere", "%"),
+        Column("proof"),
+        Column("objective"),
+        Column("solves"),
+    )
+    caption = "What a speed bound leaves between the times at which it is held, and what holding it everywhere costs."
+    return Table("between samples", columns, tuple(rows), caption)
+
+
+def _prices(solution: sm.Solution) -> Table:
+    """What a bound costs, where it presses."""
+    held = solution.program.constraint("speed")
+    assert held.times is not None
+    rows = [
+        (float(t), f"({', '.join(f'{c:g}' for c in POINTS[k])})", float(price), -2 * LIMIT * float(price))
+        for t, prices in zip(held.times[:, 0], np.asarray(solution.multipliers["speed"]), strict=True)
+        for k, price in enumerate(prices)
+        if price > 1e-7
+    ]
+    columns = (Column("time"), Column("body point"), Column("multiplier of ‖ṗ‖² ≤ v²"), Column("∂ objective / ∂ v"))
+    caption = "Where the bound that holds everywhere presses, and what a little more speed there would save."
+    return Table("prices", columns, tuple(rows), caption)
+
+
+def _speed_figure(sampled: Sequence[Held]) -> Figure:
+    """The fastest body point over time, with its bound."""
+    with new_figure(7.0, 3.2) as figure:
+        axes = figure.subplots()
+        shown = (sampled[0], sampled[1], sampled[-1])
+        for h, colour, line in zip(shown, COLOURS, ("--", "-", "-"), strict=False):
+            t = np.linspace(*h.solution.motion.domain, 1500)
+            speed = np.linalg.norm(h.solution.motion.trajectory(POINTS, t, 1), axis=-1).max(axis=-1)
+            axes.plot(t, speed, color=colour, linestyle=line, linewidth=1.1, label=f"held {h.where}")
+        held = sampled[-1].solution.program.constraint("speed").times
+        assert held is not None
+        axes.plot(held[:, 0], np.full(len(held), LIMIT), "o", color=COLOURS[2], markersize=4, label="where it presses")
+        axes.axhline(LIMIT, color=COLOURS[5], linewidth=0.9, linestyle=":")
+        axes.set(xlabel="time", ylabel="fastest body point [length/time]")
+        figure.legend(loc="outside upper left", ncols=2)
+        return to_figure(figure, "speed", "The speed of the fastest of four body points; dotted: its bound.")
+
+
+def _floor_figure() -> Figure:
+    """Body points over a floor, with and without the condition."""
+    lowest = float((KEYS.linear @ POINTS.T + KEYS.translation[:, :, None])[:, 2].min())
+    floor = sm.JetConstraint(
+        lambda jet: ca.vertcat(*(jet.place(p)[2] for p in POINTS)), lower=lowest, upper=np.inf, name="floor"
+    )
+    free = sm.ExactNewton().solve(SLOWER)
+    above = sm.ExactNewton().solve(sm.affine_program(KEYS, objective=OBJECTIVE, constraints=[floor]))
+    with new_figure(7.0, 3.2) as figure:
+        axes = figure.subplots()
+        for solution, colour, line, name in (
+            (free, COLOURS[0], "--", "without the floor"),
+            (above, COLOURS[2], "-", "with it"),
+        ):
+            t = np.linspace(*solution.motion.domain, 800)
+            heights = solution.motion.trajectory(POINTS, t)[..., 2].min(axis=-1)
+            axes.plot(t, heights, color=colour, linestyle=line, label=f"lowest body point, {name}")
+        axes.axhspan(axes.get_ylim()[0], lowest, color=COLOURS[5], alpha=0.25, linewidth=0)
+        axes.set(xlabel="time", ylabel="height [length]")
+        axes.margins(x=0, y=0)
+        figure.legend(loc="outside upper left", ncols=2)
+        caption = "The lowest of four body points over time; the floor, shaded, is as high as the lowest keyframe."
+        return to_figure(figure, "floor", caption)
+
+
+def _told(
+    pairs: Sequence[Pair], sped: Sequence[tuple[int, Pair]], edits: Edits, sampled: Sequence[Held]
+) -> tuple[str, tuple[str, ...]]:
+    """The conclusion, and notes about this run."""
+    counts = []
+    for k, method in enumerate(METHODS):
+        good = sum(certified(p.solutions[k]) for p in pairs)
+        interval = binomtest(good, len(pairs)).proportion_ci(method="wilson")
+        share = f"{100 * interval.low:.0f}–{100 * interval.high:.0f} %"
+        counts.append(f"{method} certifies {good} of {len(pairs)} (95 % interval {share})")
+    named = sum(p.solutions[0].status == "infeasible" for p in pairs)
+    ratios = ", ".join(f"{p.seconds[1] / p.seconds[0]:.1f} at {count}" for count, p in sped)
+    first, last = sampled[1], sampled[-1]
+    text = (
+        f"From one start each, {'; '.join(counts)}; of {named} the exact Newton method says which conditions cannot "
+        f"hold together. With the same compiled kernels IPOPT takes {ratios} keyframes times its CPU time.\n\n"
+        f"From the solution a neighbouring program takes {np.median(edits.warm):g} iterations in the median, "
+        f"{np.median(edits.cold):g} from its own start, IPOPT from its solution {np.median(edits.ipopt):g}.\n\n"
+        f"A speed bound held {first.where} is exceeded between them by {100 * first.excess.value:.2g} %; held "
+        f"everywhere by {100 * last.excess.value:.1g} %, at {last.times} times, after {last.rounds} solves."
+    )
+    full = len(pairs) == FULL
+    note = f"The quick form: {len(pairs)} problems and {len(edits.warm)} edits; the long one has {FULL} and {MANY}."
+    return text, () if full else (note,)
+
+
+STUDY = Study(
+    "inequalities",
+    "What do bounds cost, and how surely and fast are they kept?",
+    "Wächter, Biegler 2006; Hettich, Kortanek 1993",
+    run,
+    order=7,
+)

@@ -95,15 +95,17 @@ class ExactNewton:
         Bounds that are meant for all times hold at all: see `exchange`.
         """
         whole = Journal(self.max_iterations)
-        return exchange(program, lambda p, s: self._at_times(p, s, whole.elapsed), start)
+        # One of a series, such as the edits of a keyframe: the compiler is repaid.
+        kernels: Kernels = "compiled" if self.kernels == "auto" and isinstance(start, Solution) else self.kernels
+        return exchange(program, lambda p, s: self._at_times(p, s, whole.elapsed, kernels), start)
 
-    def _at_times(self, program: Program[DesignT], start: object, spent: float = 0.0) -> Solution[DesignT]:
+    def _at_times(
+        self, program: Program[DesignT], start: object, spent: float = 0.0, kernels: Kernels | None = None
+    ) -> Solution[DesignT]:
         """The solution of a program with its bounds held at the times that it has; spent: seconds before."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback, spent)
         x = start_vector(program, start)
-        # One of a series, such as the edits of a keyframe: the compiler is repaid.
-        repeated = self.kernels == "auto" and isinstance(start, Solution)
-        evaluator = Evaluator(program, "compiled" if repeated else self.kernels, self.threads)
+        evaluator = Evaluator(program, kernels or self.kernels, self.threads)
         along = self._bounded if not program.equalities_only else self._straight if program.linear else self._curved
         x, multipliers, failure = along(evaluator, x, start, journal)
         journal.solved()

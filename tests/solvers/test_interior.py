@@ -11,6 +11,20 @@ from studies.solving.bounded_problems import KINDS, problem
 from symmotion.program import Bounded, Evaluator
 from symmotion.systems import HessianTriangle
 
+# Of each kind of program the seed of a small problem that has a solution.
+FEASIBLE = {
+    "speed": 0,
+    "tolerance": 34,
+    "no inversion": 46,
+    "floor": 80,
+    "keep out": 48,
+    "fit": 27,
+    "rate": 50,
+    "torque": 40,
+    "pose": 74,
+    "curve": 64,
+    "free times": 87,
+}
 KEYS = sm.examples.random_keyframes(6, 60, 1)
 POINTS = body_points(3)
 BOTH = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(POINTS)
