@@ -4,6 +4,7 @@ import copy
 import pickle
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from types import ModuleType
 from typing import Any
 
 import casadi as ca
@@ -135,3 +136,53 @@ def test_no_kernel_outlives_what_its_energy_says():
     assert sm.measure(motion, energy) == pytest.approx(sm.measure(motion, Drift(wind)), rel=1e-12)
     wind[:] = 3.0
     assert sm.measure(motion, energy) == pytest.approx(sm.measure(motion, Drift(wind)), rel=1e-12)
+
+
+Q = np.array([[1.0, 0, 0, 0], [0.6, 0.8, 0, 0], [0.6, 0, 0.8, 0]])
+# Constructors of the other classes that are made of a caller's arrays: the arrays, and what makes the value of them.
+GIVEN: dict[str, tuple[list[np.ndarray], Any]] = {
+    "Keyframes": ([np.arange(3.0), np.tile(np.eye(3), (3, 1, 1)), np.ones((3, 3))], sm.Keyframes),
+    "AffineMotion": ([], None),  # of splines, below
+    "BSplineBasis": ([np.array([0.0, 0, 1, 2, 2])], lambda k: sm.splines.BSplineBasis(k, 1)),
+    "Spline": ([np.ones((3, 2))], lambda c: sm.splines.Spline(sm.splines.BSplineBasis.clamped([0.0, 1, 2], 1), c)),
+    "DualQuaternions": ([Q.copy(), np.zeros((3, 4))], sm.motions.DualQuaternions),
+    "OrientationKeys": (
+        [np.arange(3.0), Q.copy()],
+        lambda t, q: sm.motions.quaternions.OrientationKeys.of(t, q, None, "align"),
+    ),
+    "QuaternionMotion": ([], None),
+    "RationalMotion": ([], None),
+    "TwoParameterMotion": ([], None),
+    "RationalQuadratic": ([np.array([[0.0, 0], [1, 1], [2, 0]])], lambda c: sm.curves.RationalQuadratic(c, 0.5)),
+    "Mesh": ([np.eye(3), np.array([[0, 1, 2]])], sm.bodies.Mesh),
+    "NetPlace": ([np.zeros(3), np.ones(3)], lambda p, x: sm.fairing.NetPlace((0.5, 0.5), p, x)),
+}
+# What the library makes, of arrays of its own, and parts of programs, which are sent and shared as they are.
+OWN = {
+    "Block", "Body", "CharacteristicCurve", "Constraint", "Curvature", "FairingPath", "FairingResult", "Integral",
+    "HessianTriangle", "Metric", "MovingEllipsoid", "Pattern", "Program", "RigidSamples", "SegmentCurve", "Setting",
+    "Skeleton", "Solution", "SweepSurface", "SweptVolume", "ToolPath", "Travelling",
+}  # fmt: skip
+
+
+def test_every_public_class_that_is_made_of_arrays_is_walked_over():
+    rooms = [room for room in (getattr(sm, name) for name in dir(sm)) if isinstance(room, ModuleType)]
+    public = [value for room in rooms for value in (getattr(room, n, None) for n in getattr(room, "__all__", ()))]
+    held = {
+        c.__name__
+        for c in public
+        if isinstance(c, type) and is_dataclass(c) and any("array" in str(f.type).lower() for f in fields(c))
+    }
+    assert held <= {*MADE, *GIVEN, *OWN}
+
+
+@pytest.mark.parametrize("name", [name for name, (arrays, _) in GIVEN.items() if arrays])
+def test_arrays_of_the_caller_are_copied(name):
+    arrays, make = GIVEN[name]
+    arrays = [a.copy() for a in arrays]
+    value = make(*arrays)
+    before = [a.copy() for a in arrays_in(value)]
+    assert before
+    for array in arrays:
+        array[...] = 7
+    assert all(np.array_equal(a, b) for a, b in zip(arrays_in(value), before, strict=True))

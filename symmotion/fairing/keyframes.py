@@ -53,6 +53,11 @@ class NetPlace:
     point: np.ndarray
     place: np.ndarray
 
+    def __post_init__(self):
+        for name in ("point", "place"):
+            given = checks.array(getattr(self, name), (3,), f"{name} of a keyframe").copy()
+            object.__setattr__(self, name, checks.read_only(given))
+
 
 Asked: TypeAlias = NetKeyframe | NetPlace | tuple[At, Affine | DualQuaternions]
 
