@@ -13,7 +13,7 @@ from symmotion.curves.bezier import bezier, check_domain
 from symmotion.curves.series import compose, product, reciprocal, root, taylor
 from symmotion.errors import InputError
 from symmotion.saving import save
-from symmotion.splines import BSplineBasis, Spline
+from symmotion.splines import BSplineBasis, Spline, from_origin
 from symmotion.values import value
 
 
@@ -247,7 +247,9 @@ def slow_in_out(
     # A ramp keeps its first two controls at the end value, which makes the speed zero there.
     line[greville <= slow_in / 2] = 0.0
     line[greville >= 1 - slow_out / 2] = 1.0
-    return Spline(BSplineBasis(a + (b - a) * knots, 2), ends[0] + (ends[1] - ends[0]) * line)
+    origin, (first, last) = from_origin(np.array([a, b]))
+    basis = BSplineBasis(first + (last - first) * knots, 2, origin=origin)
+    return Spline(basis, ends[0] + (ends[1] - ends[0]) * line)
 
 
 def smooth_step(order: int = 1, domain: tuple[float, float] = (0.0, 1.0)) -> Spline:
@@ -270,10 +272,11 @@ def solutions(warp: Spline, value: float) -> np.ndarray:
     from scipy.interpolate import BSpline, PPoly  # here: see Spline._scipy
 
     plain = warp.clamped()
+    origin = plain.basis.origin
     a, b = warp.domain
     polynomials = PPoly.from_spline(BSpline(plain.basis.knots, plain.control_points, plain.degree))
     times = np.asarray(polynomials.solve(value, discontinuity=False, extrapolate=False))
-    return np.clip(times[np.isfinite(times)], a, b)
+    return np.clip(origin + times[np.isfinite(times)], a, b)
 
 
 def _distinct(times: np.ndarray) -> np.ndarray:

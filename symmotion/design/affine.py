@@ -33,7 +33,7 @@ from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, BlockEvaluator, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant
+from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant, from_origin
 from symmotion.splines.interpolation import ENDS, require_schoenberg_whitney
 
 RIGIDITY = Rigidity()
@@ -75,8 +75,9 @@ def affine_program(
     keys = as_keyframes(keys)
     energy, asked = as_objective(objective, RIGIDITY), as_constraints(constraints)
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
-    inner = refined_times(keys.times, refine)[1:-1] if knots is None else checks.array(knots, ("K",), "knots")
-    basis = _clamped(keys.times[0], inner, keys.times[-1], degree)
+    origin, since = from_origin(keys.times)
+    inner = refined_times(since, refine)[1:-1] if knots is None else checks.array(knots, ("K",), "knots") - origin
+    basis = _clamped(since[0], inner, since[-1], degree, origin)
     rates = rates_at_ends(ends, end_rates, keys.dimension, ENDS)
     slopes = None if rates is None else np.concatenate([rates.linear.reshape(2, -1), rates.translation], axis=1)
     start = represent(basis, cubic_interpolant(keys.times, keys.coordinates, ends, slopes), keys.times)
@@ -85,9 +86,10 @@ def affine_program(
     return replace(program, build_seconds=perf_counter() - began)
 
 
-def _clamped(a: float, inner: np.ndarray, b: float, degree: int) -> BSplineBasis:
-    """The clamped basis over [a, b] with these inner knots, copies counting."""
-    return BSplineBasis(np.concatenate([np.full(degree + 1, a), inner, np.full(degree + 1, b)]), degree)
+def _clamped(a: float, inner: np.ndarray, b: float, degree: int, origin: float) -> BSplineBasis:
+    """The clamped basis over [a, b] with these inner knots, copies counting, all from an origin on."""
+    knots = np.concatenate([np.full(degree + 1, a), inner, np.full(degree + 1, b)])
+    return BSplineBasis(knots, degree, origin=origin)
 
 
 def refined_times(times: np.ndarray, refine: int) -> np.ndarray:
@@ -99,14 +101,15 @@ def refined_times(times: np.ndarray, refine: int) -> np.ndarray:
 def represent(basis: BSplineBasis, spline: Spline, times: np.ndarray) -> Spline:
     """`spline` over `basis`: exactly where knot insertion leads there, else its closest interpolant at `times`."""
     require_schoenberg_whitney(basis, times)
-    spline = spline.clamped()
+    spline = spline.clamped().about(basis.origin)
     if basis.degree == spline.degree and np.isin(spline.basis.knots, basis.knots).all():
         old, old_copies = np.unique(spline.basis.knots, return_counts=True)
         new, new_copies = np.unique(basis.knots, return_counts=True)
         extra = new_copies.copy()
         extra[np.searchsorted(new, old)] -= old_copies
         if (extra >= 0).all():
-            return spline.refined(np.repeat(new, extra))
+            refined = spline.relative.refined(np.repeat(new, extra))
+            return Spline(basis, refined.control_points)
     return closest(basis, spline, times)
 
 
@@ -245,17 +248,19 @@ class AffineDesign:
         by: "degree", from 1 up to the full one, with the same knots; or "knots", the inserted knots in
         three steps: every fourth, every second, all.
         """
-        times, basis = self.keyframes.times, self.basis
+        basis, origin = self.basis, self.basis.origin
+        times = self.keyframes.times - origin
         if by == "degree":
+            breaks = basis.relative.breakpoints
             for degree in range(1, basis.degree):
-                yield self._restricted(BSplineBasis.clamped(basis.breakpoints, degree))
+                yield self._restricted(_clamped(breaks[0], breaks[1:-1], breaks[-1], degree, origin))
         elif by == "knots":
             inner = basis.knots[basis.degree + 1 : -basis.degree - 1]
             inserted = inner[~np.isin(inner, times)]
             for stride in (4, 2):
                 kept = np.sort(np.concatenate([inner[np.isin(inner, times)], inserted[stride - 1 :: stride]]))
                 if len(kept) < len(inner):
-                    yield self._restricted(_clamped(times[0], kept, times[-1], basis.degree))
+                    yield self._restricted(_clamped(times[0], kept, times[-1], basis.degree, origin))
         else:
             raise InputError(f"stages by {by!r} are unknown; there are degree, knots")
 

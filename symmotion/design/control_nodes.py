@@ -146,18 +146,18 @@ class ControlSpace:
     def read(self, slot: int, out: ca.SX, times: np.ndarray, sides: np.ndarray | None, width: int) -> Reading:
         node = self._slot(slot)[0]
         highest = HIGHEST_ORDER if ca.depends_on(out, node.weights[HIGHEST_ORDER]) else HIGHEST_ORDER - 1
-        columns, tables = self._tables(times[:, None], highest)
+        columns, tables = self._tables(self.basis, times[:, None], highest)
         data = [node.signs, node.turns, *node.weights[: highest + 1]]
         numbers = [*self._branches(columns), tables[:, 0]]
         if ca.depends_on(out, node.t):
             data, numbers = [*data, node.t], [*numbers, times[:, None]]
         return Reading(node.z, self._picked(columns), ca.vertcat(*data), np.concatenate(numbers, axis=1))
 
-    def _tables(self, times: np.ndarray, highest: int) -> tuple[np.ndarray, np.ndarray]:
-        """Of times (E, Q): the controls (E, p + 1) of their spans, and the weights (E, Q, (highest + 1) p) there."""
+    def _tables(self, basis: BSplineBasis, times: np.ndarray, highest: int) -> tuple[np.ndarray, np.ndarray]:
+        """Of parameters (E, Q) of a basis, this one or its relative one: the controls (E, p + 1) of their spans, and the weights (E, Q, (highest + 1) p) there."""
         e, q = times.shape
         p = self.basis.degree
-        spans, weights = cumulative(self.basis, times.ravel(), highest)
+        spans, weights = cumulative(basis, times.ravel(), highest)
         columns = (spans.reshape(e, q)[:, :1] - p + np.arange(p + 1)) % self.basis.n
         tables = np.stack([np.stack(w, axis=1) for w in weights], axis=1).reshape(e, q, (highest + 1) * p)
         return columns, tables
@@ -179,13 +179,14 @@ class ControlSpace:
         whole: whether a span is one element, whose logarithms are taken once for its nodes. With all nodes of a span
         in one, a large kernel takes long to derive.
         """
-        points, weights = gauss(self.basis, nodes)
+        basis = self.basis.relative
+        points, weights = gauss(basis, nodes)
         shares = np.sqrt(weight * weights) if squares else weight * weights
         if not whole:
             points, shares = points.reshape(-1, 1), shares.reshape(-1, 1)
         e, q = points.shape
         p, c = self.basis.degree, self.channels
-        columns, tables = self._tables(points, 2)
+        columns, tables = self._tables(basis, points, 2)
         symbols = NodeSymbols.of(c, p, self.plain)
         ways, out, data = symbols.ways(c), [], [symbols.signs, symbols.turns]
         # Asked of a jet of symbols: a node's own is a long expression to search.
@@ -197,7 +198,7 @@ class ControlSpace:
             node = NodeSymbols(symbols.z, symbols.signs, symbols.turns, here.weights, here.t)
             out.append(share * expression(node.jet(c, ways)))
             data += [*here.weights[:3], share, *([here.t] if timed else [])]
-        extra = np.stack([shares, points], axis=2) if timed else shares[..., None]
+        extra = np.stack([shares, self.basis.origin + points], axis=2) if timed else shares[..., None]
         numbers = [*self._branches(columns), np.concatenate([tables, extra], axis=2).reshape(e, -1)]
         kernel = Kernel(symbols.z, ca.vertcat(*data), ca.vertcat(*out), c, squares)
         table = np.concatenate(numbers, axis=1)

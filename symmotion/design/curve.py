@@ -22,7 +22,7 @@ from symmotion.motions import Keyframes
 from symmotion.program import Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline
+from symmotion.splines import BSplineBasis, Spline, from_origin
 
 SMALL = 600  # conditions up to which a dense factorisation looks for redundant ones
 KEYFRAMES = "keyframes"
@@ -81,12 +81,14 @@ def curve_program(
     if outside.any():
         raise InputError(f"break {torn[outside][0]:g} is not inside the domain ({span[0]:g}, {span[1]:g})")
     inner = _knots(marks, most, degree, span, torn) if knots is None else checks.array(knots, ("K",), "knots")
+    origin, ends_since = from_origin(np.array(span))
+    inner = inner - origin
     if knots is None and refine:
-        borders = np.unique(np.concatenate([span, inner]))
+        borders = np.unique(np.concatenate([ends_since, inner]))
         share = np.arange(1, refine + 1) / (refine + 1)
         inner = np.sort(np.concatenate([inner, (borders[:-1, None] + np.diff(borders)[:, None] * share).ravel()]))
     end = np.full(degree + 1, 1.0)
-    basis = BSplineBasis(np.concatenate([span[0] * end, inner, span[1] * end]), degree)
+    basis = BSplineBasis(np.concatenate([ends_since[0] * end, inner, ends_since[1] * end]), degree, origin=origin)
     design = CurveDesign(conditions, extra, energy, least, basis, torn)
     return replace(design.program(), build_seconds=perf_counter() - began)
 
@@ -282,7 +284,8 @@ class CurveDesign:
             ]
         )
         along = np.argsort(times, kind="stable")
-        return np.column_stack([np.interp(self.basis.greville, times[along], v[along]) for v in values.T])
+        since, where = times[along] - self.basis.origin, self.basis.relative.greville
+        return np.column_stack([np.interp(where, since, v[along]) for v in values.T])
 
     def _require_independent(self) -> None:
         """Raise InputError that names the first equality that repeats others or contradicts them."""
@@ -307,10 +310,10 @@ class CurveDesign:
     def _require_determined(self) -> None:
         """Raise InputError where a curve that costs nothing is free under the conditions."""
         # ∫ ‖x⁽ᵏ⁾‖² does not see polynomials of degree k − 1, one for each piece between breaks, joined continuously.
-        a, b = self.basis.domain
+        (a, b), origin = self.basis.relative.domain, self.basis.origin
         k = self.order
-        knots = np.concatenate([np.full(k, a), np.repeat(self.breaks, k - 1), np.full(k, b)])
-        unseen = BSplineBasis(knots, k - 1)
+        knots = np.concatenate([np.full(k, a), np.repeat(self.breaks - origin, k - 1), np.full(k, b)])
+        unseen = BSplineBasis(knots, k - 1, origin=origin)
         rows = np.concatenate([c.rows(unseen).toarray() for c in self.conditions])
         rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=1, keepdims=True), 1e-300))
         if rank < unseen.n:
@@ -336,7 +339,8 @@ class CurveDesign:
                 f"{self.basis.domain} and {self.shape} are needed"
             )
         spline = spline.elevated(max(0, self.basis.degree - spline.degree))
-        return {UNKNOWN: represent(self.basis, spline, self.basis.greville).control_points.reshape(self.basis.n, -1)}
+        basis, spline = self.basis.relative, spline.about(self.basis.origin).relative
+        return {UNKNOWN: represent(basis, spline, basis.greville).control_points.reshape(basis.n, -1)}
 
     def with_keyframes(self, program: "Program[CurveDesign]", keyframes: Keyframes) -> "Program[CurveDesign]":
         """The program for other keyframes at the same times."""

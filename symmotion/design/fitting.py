@@ -234,7 +234,8 @@ def _least_squares(basis: BSplineBasis, samples: Keyframes, used: np.ndarray, we
     from scipy.interpolate import make_lsq_spline  # here: see Spline._scipy
 
     roots = np.sqrt(np.where(weights > 0, weights, 1.0)[used])
-    found = make_lsq_spline(samples.times[used], samples.coordinates[used], basis.knots, basis.degree, w=roots)
+    since = samples.times[used] - basis.origin
+    found = make_lsq_spline(since, samples.coordinates[used], basis.knots, basis.degree, w=roots)
     return Spline(basis, found.c)
 
 

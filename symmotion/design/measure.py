@@ -82,13 +82,14 @@ def _rigid_value(energy: Energy, motion: QuaternionMotion | PoseMotion) -> float
     integrand = ca.Function("integrand", [symbols], [density_of(energy, rigid_jet(symbols, pose))])
 
     def value(nodes: int) -> float:
-        points, weights = gauss(curve.basis, nodes)
-        t = points.ravel()
-        jet = curve.jet(t, 2)
+        points, weights = gauss(curve.relative.basis, nodes)
+        since, origin = points.ravel(), curve.basis.origin
+        jet = curve.relative.jet(since, 2)
         columns = [jet.quaternion, jet.rate, jet.acceleration]
         if isinstance(motion, PoseMotion):
-            columns += [motion.translation(t, order) for order in range(HIGHEST_ORDER + 1)]
-        return _sum(integrand, np.column_stack([*columns, t]), weights.ravel())
+            path = motion.translation.about(origin).relative
+            columns += [path(since, order) for order in range(HIGHEST_ORDER + 1)]
+        return _sum(integrand, np.column_stack([*columns, origin + since]), weights.ravel())
 
     nodes, here = RIGID_NODES, value(RIGID_NODES)
     while nodes < MOST_NODES:

@@ -20,8 +20,8 @@ from symmotion.splines.symbolic import local_basis
 class MovingSpace:
     """The space of an affine spline whose knots are unknowns: jets by shares of the spans. A `JetSpace`.
 
-    spans: their number; ends: (spans + 1,) where the knots of the start lie, by which times are told; channels: of the
-    motion, one less than of the unknowns; dimension: of the body.
+    ends: (spans + 1,) where the knots of the start lie, from the origin in time on, by which times are told; channels:
+    of the motion, one less than of the unknowns; dimension: of the body.
     """
 
     degree: int
@@ -29,6 +29,7 @@ class MovingSpace:
     dimension: int
     ends: np.ndarray
     unit: float
+    origin: float = 0.0
     variable: str = UNKNOWN
     _slots: dict[int, tuple[ca.SX, ca.SX, ca.SX, Jet]] = field(default_factory=dict, repr=False)
 
@@ -41,11 +42,11 @@ class MovingSpace:
 
     @property
     def domain(self) -> tuple[float, float]:
-        return float(self.ends[0]), float(self.ends[-1])
+        return float(self.origin + self.ends[0]), float(self.origin + self.ends[-1])
 
     @property
     def breakpoints(self) -> np.ndarray:
-        return self.ends
+        return self.origin + self.ends
 
     def _slot(self, slot: int) -> tuple[ca.SX, ca.SX, ca.SX, Jet]:
         if slot not in self._slots:
@@ -76,6 +77,7 @@ class MovingSpace:
 
     def read(self, slot: int, out: ca.SX, times: np.ndarray, sides: np.ndarray | None, width: int) -> Reading:
         z, share, unit, _ = self._slot(slot)
+        times = times - self.origin
         span = np.clip(np.searchsorted(self.ends, times, side="right") - 1, 0, len(self.ends) - 2)
         shares = (times - self.ends[span]) / np.diff(self.ends)[span]
         data = np.column_stack([shares, np.full(len(times), self.unit)])

@@ -28,7 +28,7 @@ from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
 from symmotion.program import Block, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis
+from symmotion.splines import BSplineBasis, from_origin
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
@@ -184,7 +184,8 @@ class OrientationDesign:
         """The unknowns closest to a curve: its own controls where the space is the same."""
         require_start(motion, QuaternionMotion, 3)
         basis = self.space.basis
-        if motion.degree == basis.degree and np.array_equal(motion.basis.knots, basis.knots):
+        motion = motion.about(basis.origin)
+        if motion.basis == basis:
             return {UNKNOWN: motion.control_points.copy()}
         return {UNKNOWN: carried(motion, basis)[0].control_points.copy()}
 
@@ -227,13 +228,14 @@ class OrientationDesign:
 def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike | None, ends: str) -> BSplineBasis:
     """The basis of a quaternion curve over keyframe times (M,): knots there and `refine` more in every interval."""
     degree, refine = checks.whole(degree, 2, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
-    breaks = refined_times(times, refine)
+    origin, since = from_origin(times)
+    breaks = refined_times(since, refine)
     if knots is not None:
         inner = checks.times(knots, "knots")
         if inner[0] <= times[0] or inner[-1] >= times[-1]:
             raise InputError(f"knots: all lie inside the domain ({times[0]:g}, {times[-1]:g})")
-        breaks = np.concatenate([times[:1], inner, times[-1:]])
-    return (BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped)(breaks, degree)
+        breaks = np.concatenate([since[:1], inner - origin, since[-1:]])
+    return replace((BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped)(breaks, degree), origin=origin)
 
 
 def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy) -> Block:

@@ -86,6 +86,7 @@ def _refined(spline: Spline, turning: OrientationDesign, keys: OrientationKeys) 
     basis = turning.space.basis
     if not basis.periodic:
         return closest(basis, spline, keys.times).control_points
+    basis, spline = basis.relative, spline.about(basis.origin).relative
     # A periodic basis with the old knots among its own holds the spline: as many values as controls fix it.
     where = basis.greville
     a, b = spline.domain
@@ -138,7 +139,7 @@ class PoseDesign:
         """The unknowns of a motion over the same knots."""
         require_start(motion, PoseMotion, 3)
         basis = self.turning.space.basis
-        if not np.array_equal(motion.translation.basis.knots, basis.knots):
+        if motion.translation.about(basis.origin).basis != basis:
             raise InputError("a start for a pose program has the knots of the program")
         turning = self.turning.unknowns(motion.orientation)[UNKNOWN]
         return {UNKNOWN: np.concatenate([turning, motion.translation.control_points], axis=1)}

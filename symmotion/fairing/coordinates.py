@@ -97,10 +97,11 @@ class Box:
             low, high = basis.domain
             if not low <= a <= b <= high:
                 raise InputError(f"region {'uv'[k]} from {a:g} to {b:g}: must increase within {low:g} to {high:g}")
-            first, last = np.searchsorted(direction.knots, a), np.searchsorted(direction.knots, b, side="right")
+            first = int(np.searchsorted(direction.knots, a - basis.origin))
+            last = int(np.searchsorted(direction.knots, b - basis.origin, side="right"))
             if first == last:
                 raise InputError(f"region {'uv'[k]} from {a:g} to {b:g} holds no interior knot")
-            ranges[k] = int(first), int(last)
+            ranges[k] = first, last
         return Box(*ranges)
 
     def knots(self, jumps: Jumps) -> np.ndarray | None:

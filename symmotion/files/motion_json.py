@@ -22,7 +22,7 @@ def read_motion_json(path: FilePath) -> AffineMotion:
     for name, needed in MARK.items():
         if document.get(name) != needed:
             raise InputError(f"{path}: {name} is {document.get(name)!r:.40}: {needed!r} is needed for a motion")
-    require_entries(path, document, (*MARK, *ENTRIES))
+    require_entries(path, document, (*MARK, *ENTRIES), ("origin",))
     if not isinstance(document["periodic"], bool):
         raise InputError(f"{path}, periodic: true or false is needed")
     degree = document["degree"]
@@ -30,7 +30,8 @@ def read_motion_json(path: FilePath) -> AffineMotion:
         raise InputError(f"{path}, degree: a whole number is needed")
     knots, linear, translation = (read_list(path, document, name) for name in ("knots", "linear", "translation"))
     try:
-        return AffineMotion(BSplineBasis(knots, int(degree), document["periodic"]), linear, translation)
+        basis = BSplineBasis(knots, int(degree), document["periodic"], document.get("origin", 0.0))
+        return AffineMotion(basis, linear, translation)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -46,6 +47,7 @@ def write_motion_json(motion: AffineMotion, path: FilePath) -> None:
         "degree": motion.degree,
         "periodic": motion.basis.periodic,
         "knots": motion.basis.knots,
+        **({"origin": motion.basis.origin} if motion.basis.origin else {}),
         "linear": motion.linear,
         "translation": motion.translation,
     }

@@ -24,7 +24,7 @@ def sided(basis: BSplineBasis, t: np.ndarray, order: int, side: int) -> sparse.c
         return basis.matrix(t, order)
     # From the left is from the right in the mirror, where functions and knots come in the opposite order.
     mirror = BSplineBasis(-basis.knots[::-1], basis.degree)
-    return sparse.csr_array((-1) ** order * mirror.matrix(-t, order)[:, ::-1])
+    return sparse.csr_array((-1) ** order * mirror.matrix(basis.origin - t, order)[:, ::-1])
 
 
 def _rows(basis: BSplineBasis, times: np.ndarray, orders: Sequence[int], sides: np.ndarray | None) -> sparse.csr_array:
@@ -170,10 +170,10 @@ class JetKernel:
 
     def integral(self, name: str, space: LinearSpace, nodes: int, weight: float) -> Block:
         """The integral over the spans, by `nodes` Gauss nodes each."""
-        points, weights = gauss(space.basis, nodes)
-        times = points.ravel()
-        operator = _rows(space.basis, times, self.orders, None)
+        basis = space.basis.relative
+        points, weights = gauss(basis, nodes)
+        since = points.ravel()
+        operator = _rows(basis, since, self.orders, None)
         channels = slice(0, self.channels)
-        return Block(
-            name, self.kernel, space.variable, channels, operator, nodes, weight * weights.ravel(), times[:, None]
-        )
+        times = space.basis.origin + since[:, None]
+        return Block(name, self.kernel, space.variable, channels, operator, nodes, weight * weights.ravel(), times)

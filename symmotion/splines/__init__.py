@@ -1,6 +1,6 @@
 """B-spline bases, splines as values, quadrature and interpolation. NumPy and SciPy only."""
 
-from symmotion.splines.basis import BSplineBasis
+from symmotion.splines.basis import BSplineBasis, from_origin
 from symmotion.splines.cumulative import cumulative
 from symmotion.splines.interpolation import check_times, closest, cubic_interpolant, least_squares
 from symmotion.splines.quadrature import gauss
@@ -13,6 +13,7 @@ __all__ = [
     "closest",
     "cubic_interpolant",
     "cumulative",
+    "from_origin",
     "gauss",
     "least_squares",
 ]

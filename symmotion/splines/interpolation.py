@@ -8,7 +8,7 @@ from scipy.sparse.linalg import splu, spsolve
 
 from symmotion.checks import choice, numbers
 from symmotion.errors import InputError
-from symmotion.splines.basis import BSplineBasis
+from symmotion.splines.basis import BSplineBasis, from_origin
 from symmotion.splines.quadrature import gauss
 from symmotion.splines.spline import Spline
 
@@ -69,6 +69,7 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
     from scipy.interpolate import make_interp_spline  # here: see Spline._scipy
 
     times, values = check_times(times), numbers(values, "values")
+    origin, there = from_origin(times)
     if len(values) != len(times):
         raise InputError(f"{len(times)} times for {len(values)} values")
     choice(ends, ENDS, "end condition")
@@ -85,12 +86,12 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
     elif ends == "periodic":
         if not np.allclose(values[0], values[-1], rtol=1e-9, atol=1e-9 * max(1.0, np.abs(values).max())):
             raise InputError("periodic ends need the last keyframe equal to the first")
-        fitted = make_interp_spline(times, np.concatenate([values[:-1], values[:1]]), k=3, bc_type="periodic")
+        fitted = make_interp_spline(there, np.concatenate([values[:-1], values[:1]]), k=3, bc_type="periodic")
         return Spline(BSplineBasis.closed(times, 3), fitted.c[: len(times) - 1])
     else:
         conditions = ends
-    fitted = make_interp_spline(times, values, k=3, bc_type=conditions)
-    return Spline(BSplineBasis(fitted.t, 3), fitted.c)
+    fitted = make_interp_spline(there, values, k=3, bc_type=conditions)
+    return Spline(BSplineBasis(fitted.t, 3, origin=origin), fitted.c)
 
 
 def least_squares(basis: BSplineBasis, times, values) -> Spline:
@@ -159,6 +160,8 @@ def closest(basis: BSplineBasis, spline: Spline, times) -> Spline:
     require_schoenberg_whitney(basis, np.asarray(times, dtype=float))
     order = min(2, basis.degree)
     # Products of two m-th derivatives have degree at most 2 max(p) − 2m on the spans of both splines together.
+    spline, times = spline.about(basis.origin).relative, np.asarray(times, dtype=float) - basis.origin
+    target, basis = basis, basis.relative
     merged = BSplineBasis.clamped(np.union1d(basis.breakpoints, spline.basis.breakpoints), 1)
     points, weights = gauss(merged, max(basis.degree, spline.degree) - order + 1)
     slopes = basis.matrix(points.ravel(), order)
@@ -177,4 +180,4 @@ def closest(basis: BSplineBasis, spline: Spline, times) -> Spline:
     factor = splu(system)
     solution = factor.solve(rhs)
     solution += factor.solve(rhs - system @ solution)
-    return Spline(basis, solution[: basis.n].reshape(basis.n, *spline.control_points.shape[1:]))
+    return Spline(target, solution[: basis.n].reshape(basis.n, *spline.control_points.shape[1:]))
