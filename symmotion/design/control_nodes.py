@@ -154,7 +154,10 @@ class ControlSpace:
         return Reading(node.z, self._picked(columns), ca.vertcat(*data), np.concatenate(numbers, axis=1))
 
     def _tables(self, basis: BSplineBasis, times: np.ndarray, highest: int) -> tuple[np.ndarray, np.ndarray]:
-        """Of parameters (E, Q) of a basis, this one or its relative one: the controls (E, p + 1) of their spans, and the weights (E, Q, (highest + 1) p) there."""
+        """Of parameters (E, Q) of a basis, this or the relative one: the controls (E, p + 1) of their spans, and weights.
+
+        The weights are (E, Q, (highest + 1) p).
+        """
         e, q = times.shape
         p = self.basis.degree
         spans, weights = cumulative(basis, times.ravel(), highest)

@@ -26,7 +26,7 @@ def fit_basis(times: np.ndarray, used: np.ndarray, degree: int, controls: int | 
 
 
 def _supports(basis: BSplineBasis) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) each: where the support of every control begins and ends, from the origin; the domain's ends count inside."""
+    """(n,) each: where the support of every control begins and ends, from the origin on; the domain's ends inside."""
     low, high = basis.knots[: basis.n].copy(), basis.knots[-basis.n :].copy()
     low[0], high[-1] = np.nextafter(low[0], -np.inf), np.nextafter(high[-1], np.inf)
     return low, high
@@ -40,8 +40,9 @@ def require_determined(basis: BSplineBasis, times: np.ndarray, used: np.ndarray)
         free = inside[inside > taken]
         if not free.size:
             there = f"samples {used[inside[0]]} to {used[inside[-1]]}" if inside.size else "no samples"
+            first, last = basis.origin + low, basis.origin + high
             raise InputError(
-                f"control {j} acts between the times {basis.origin + low:g} and {basis.origin + high:g}, where there are {there}: "
+                f"control {j} acts between the times {first:g} and {last:g}, where there are {there}: "
                 "too few for the controls there; move the knots or ask for fewer controls"
             )
         taken = free[0]

@@ -18,7 +18,7 @@ from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.solvers.solver import Solver, conclude, start_vector
-from symmotion.systems import HessianTriangle, largest
+from symmotion.solvers.units import OwnUnits
 
 IpoptOption: TypeAlias = str | float | int
 # What CasADi hands back of a solve. Any: numbers, texts and lists, by name.
@@ -70,7 +70,7 @@ class Ipopt:
         journal = Journal(self.max_iterations, self.time_limit, self.callback)
         x0 = start_vector(program, start)
         evaluator, kept = Evaluator(program, self.kernels, self.threads), Kept()
-        settings = {**ipopt_settings(self, evaluator, x0, journal), **self.options}
+        settings = {**ipopt_settings(self, journal), **self.options}
         with kept.guard():
             answer = _solved(evaluator, settings, x0, journal, kept)
         return concluded(self, program, "ipopt", answer, journal, evaluator)
@@ -78,12 +78,16 @@ class Ipopt:
 
 @dataclass(frozen=True, eq=False)
 class IpoptAnswer:
-    """Where IPOPT ended, the multipliers there, what CasADi tells of the solve, and seconds in the functions."""
+    """Where IPOPT ended, the multipliers there, what CasADi tells of the solve, and seconds in the functions.
+
+    own: the units of the solve, in which its log is.
+    """
 
     x: np.ndarray
     multipliers: np.ndarray
     stats: Stats
     evaluate: float
+    own: OwnUnits
 
 
 def checked_options(options: Mapping[str, IpoptOption]) -> dict[str, IpoptOption]:
@@ -113,16 +117,13 @@ def _accepted(name: str, value: IpoptOption) -> bool:
         return trial.stats()["return_status"] != "Invalid_Option"
 
 
-def ipopt_settings(solver: Solver, evaluator: Evaluator, x0: np.ndarray, journal: Journal) -> dict[str, IpoptOption]:
-    """IPOPT's options by its own names for a program and a start."""
-    # In small units IPOPT would take the start for a solution: it scales large objectives down, not small ones up.
-    unit = _unit(evaluator, x0)
+def ipopt_settings(solver: Solver, journal: Journal) -> dict[str, IpoptOption]:
+    """IPOPT's options by its own names for a program in own units."""
     settings: dict[str, IpoptOption] = {
-        "obj_scaling_factor": 1.0 / unit,
         "print_level": 0,
         "sb": "yes",
         "tol": FINER * solver.tolerance,
-        "dual_inf_tol": FINER * solver.tolerance * unit,
+        "dual_inf_tol": FINER * solver.tolerance,
         "constr_viol_tol": FINER * solver.tolerance,
         "acceptable_iter": 0,
         "max_iter": solver.max_iterations,
@@ -130,22 +131,14 @@ def ipopt_settings(solver: Solver, evaluator: Evaluator, x0: np.ndarray, journal
     return settings if journal.left == inf else {**settings, "max_wall_time": max(journal.left, 1e-6)}
 
 
-def _unit(evaluator: Evaluator, x: np.ndarray) -> float:
-    """What the gradient is like, at most 1: its size at the start, or away from there where the start is stationary."""
-    triangle = HessianTriangle.of(evaluator.program)
-    gradient, hessian = evaluator.second_order(x, triangle.pattern, np.zeros(evaluator.program.conditions))
-    usual = min(1.0, largest(hessian[triangle.diagonal]) * largest(x))
-    unit = min(usual, largest(gradient)) or usual
-    return unit if np.isfinite(unit) and unit > 0 else 1.0
-
-
 def _solved(
     evaluator: Evaluator, settings: Mapping[str, IpoptOption], x0: np.ndarray, journal: Journal, kept: Kept
 ) -> IpoptAnswer:
-    """IPOPT on the functions of an Evaluator."""
+    """IPOPT on the functions of an Evaluator, in own units: it scales what is large down, not what is small up."""
     program = evaluator.program
     evaluator.prepare("value", "gradient", "hessian")
-    functions = oracles(evaluator, kept)
+    own = OwnUnits.of(evaluator, x0)
+    functions = oracles(evaluator, kept, own)
     watch = Watcher(program.unknowns, program.conditions, journal, kept) if journal.watched else None
     options = {
         **{f"ipopt.{name}": value for name, value in settings.items()},
@@ -157,19 +150,21 @@ def _solved(
     }
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], options)
     evaluator.seconds = 0.0
-    with watching(watch, solver.stats):
-        result = solver(x0=x0, lbg=program.lower, ubg=program.upper)
-    x, multipliers = np.asarray(result["x"]).ravel(), np.asarray(result["lam_g"]).ravel()
-    return IpoptAnswer(x, multipliers, solver.stats(), evaluator.seconds)
+    with watching(watch, solver.stats, own):
+        bounds = {"lbg": program.lower / own.conditions, "ubg": program.upper / own.conditions}
+        result = solver(x0=x0 / own.unknowns, **bounds)
+    x = own.unknowns * np.asarray(result["x"]).ravel()
+    multipliers = own.multipliers * np.asarray(result["lam_g"]).ravel()
+    return IpoptAnswer(x, multipliers, solver.stats(), evaluator.seconds, own)
 
 
 @contextmanager
-def watching(watch: Watcher | None, stats: Callable[[], Stats]) -> Iterator[None]:
+def watching(watch: Watcher | None, stats: Callable[[], Stats], own: OwnUnits) -> Iterator[None]:
     """A solve during which the watcher asks for rows of the log there."""
     if watch is None:
         yield
         return
-    watch.rows = lambda: logged(stats())
+    watch.rows = lambda: logged(stats(), own)
     try:
         yield
     finally:
@@ -199,17 +194,18 @@ def concluded(
         answer.x,
         answer.multipliers,
         method=method,
-        log=logged(answer.stats),
+        log=logged(answer.stats, answer.own),
         seconds=spent,
         failure=failure,
         evaluator=evaluator,
     )
 
 
-def logged(stats: Stats) -> list[Iteration]:
-    """The rows of IPOPT's log."""
+def logged(stats: Stats, own: OwnUnits) -> list[Iteration]:
+    """The rows of IPOPT's log: the objective, and in own units what IPOPT says of gradient and violation."""
     history = stats.get("iterations") or {}
     objective, dual, primal, step = (history.get(key, []) for key in ("obj", "inf_du", "inf_pr", "alpha_pr"))
     # IPOPT lists with each iterate the step that led there; our rows hold the one taken from there.
     steps = [*step[1:], None]
-    return [Iteration(*row[:3], step=row[3]) for row in zip(objective, dual, primal, steps, strict=False)]
+    rows = zip(objective, dual, primal, steps, strict=False)
+    return [Iteration(own.objective * row[0], *row[1:3], step=row[3]) for row in rows]
