@@ -26,18 +26,17 @@ from symmotion.design.question import (
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
-from symmotion.jets.linear import JetKernel, LinearSpace, affine_space
+from symmotion.jets.linear import LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, BlockEvaluator, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant, from_origin
+from symmotion.splines import BSplineBasis, Spline, amid, closest, cubic_interpolant, from_origin
 from symmotion.splines.interpolation import ENDS, require_schoenberg_whitney
 
 RIGIDITY = Rigidity()
-FAR = 1e3  # distance from zero, in diameters of the keyframes, from which it is subtracted
 
 
 @renamed(keyframes="keys")
@@ -129,36 +128,23 @@ class AffineDesign:
 
     @cached_property
     def origin(self) -> np.ndarray:
-        """(d² + d,) what the program subtracts from every control: a point amid keyframes that are far from zero.
-
-        The digits that the distance would take are those that small detail needs. Zero where
-        the keyframes are not far, or where a term or a condition reads the translation itself.
-        """
-        v, d = self.keyframes.translation, self.keyframes.dimension
-        origin, centre = np.zeros(d * d + d), v[0]
-        near = np.abs(centre).max() <= FAR * np.abs(v - centre).max()
-        if not (near or self.constraints or any(k.reads(0, slice(d * d, None)) for k in self._kernels)):
-            origin[d * d :] = centre
-        return origin
+        """(d² + d,) what the program subtracts from every control: a point amid keyframes that are far from zero."""
+        return np.concatenate([np.zeros(self.keyframes.dimension**2), amid(self.keyframes.translation)])
 
     @property
     def basis(self) -> BSplineBasis:
         return self.start.basis
 
     @cached_property
-    def _kernels(self) -> list[JetKernel]:
-        d = self.keyframes.dimension
-        whole = affine_space(self.basis, d, d * d + d)
-        return [kernel_of(e, w, whole) for _, w, e in parts_of(self.objective)]
-
-    @cached_property
     def channels(self) -> int:
         """Coordinates per control in the program: d², or d² + d where the objective sees the translation."""
-        return max(kernel.channels for kernel in self._kernels)
+        d = self.keyframes.dimension
+        whole = affine_space(self.basis, d, d * d + d)
+        return max(kernel_of(e, w, whole).channels for _, w, e in parts_of(self.objective))
 
     @cached_property
     def space(self) -> LinearSpace:
-        return affine_space(self.basis, self.keyframes.dimension, self.channels)
+        return affine_space(self.basis, self.keyframes.dimension, self.channels, self.origin)
 
     @property
     def setting(self) -> Setting:
@@ -169,12 +155,11 @@ class AffineDesign:
         """The program of this question."""
         require_volume(self.objective, self.keyframes)
         start = {UNKNOWN: self._unknowns(self.start)}
-        controls = self.start.control_points.copy()
-        controls[:, : self.channels] = start[UNKNOWN] + self.origin[: self.channels]
-        terms = terms_of(self.objective, self.space, controls)
+        terms = terms_of(self.objective, self.space, start[UNKNOWN])
         given = [self._interpolation(*group) for group in self._given]
         lengths = {UNKNOWN: slice(self.keyframes.dimension**2, None)}
-        return assembled(start, terms, given, self.constraints, self.setting, self, lengths)
+        shifts = {UNKNOWN: self.origin[: self.channels]}
+        return assembled(start, terms, given, self.constraints, self.setting, self, lengths, shifts)
 
     @cached_property
     def _given(self) -> Groups:
@@ -218,9 +203,9 @@ class AffineDesign:
 
     def quadrature_errors(self, motion: AffineMotion, program: Program) -> dict[str, float]:
         """By term, how much twice as many Gauss nodes change its value: zero up to rounding where it is exact."""
-        controls, errors = motion.spline.control_points, {}
-        for kernel, (_, weight, _), block in zip(self._kernels, parts_of(self.objective), program.terms, strict=True):
-            finer = kernel.integral(block.name, self.space, 2 * block.nodes, weight)
+        controls, errors = self._unknowns(motion.spline), {}
+        for (_, weight, energy), block in zip(parts_of(self.objective), program.terms, strict=True):
+            finer = kernel_of(energy, weight, self.space).integral(block.name, self.space, 2 * block.nodes, weight)
             values = [BlockEvaluator(b).value(b.rows(controls)) for b in (block, finer)]
             errors[block.name] = abs(values[1] - values[0])
         return errors

@@ -22,7 +22,7 @@ from symmotion.motions import Keyframes
 from symmotion.program import Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, from_origin
+from symmotion.splines import BSplineBasis, Spline, amid, from_origin
 
 SMALL = 600  # conditions up to which a dense factorisation looks for redundant ones
 KEYFRAMES = "keyframes"
@@ -221,7 +221,13 @@ class CurveDesign:
 
     @cached_property
     def space(self) -> LinearSpace:
-        return curve_space(self.basis, self.shape)
+        return curve_space(self.basis, self.shape, self.shift)
+
+    @cached_property
+    def shift(self) -> np.ndarray:
+        """(channels,) what the program subtracts from every control: a point amid values that are far from zero."""
+        places = [c.spread(c.target, self.shape) for c in self.conditions if c.places]
+        return amid(np.concatenate(places)) if places else np.zeros(self.channels)
 
     @property
     def setting(self) -> Setting:
@@ -236,10 +242,11 @@ class CurveDesign:
         self._require_independent()
         if not self.constraints:
             self._require_determined()
-        start = self._start()
+        start = self._start() - self.shift
         terms = terms_of(self.objective, self.space, start)
         lengths = {UNKNOWN: slice(None)}
-        return assembled({UNKNOWN: start}, terms, given, self.constraints, self.setting, self, lengths)
+        shifts = {UNKNOWN: self.shift}
+        return assembled({UNKNOWN: start}, terms, given, self.constraints, self.setting, self, lengths, shifts)
 
     @cached_property
     def _kept(self) -> dict[str, np.ndarray]:
@@ -326,7 +333,7 @@ class CurveDesign:
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> Spline:
         """The curve of the program's unknowns."""
-        return Spline(self.basis, unknowns[UNKNOWN].reshape(-1, *self.shape).copy())
+        return Spline(self.basis, (unknowns[UNKNOWN] + self.shift).reshape(-1, *self.shape))
 
     def unknowns(self, motion: Curve) -> dict[str, np.ndarray]:
         """The unknowns that represent a curve, exactly where the space holds it."""
@@ -340,7 +347,8 @@ class CurveDesign:
             )
         spline = spline.elevated(max(0, self.basis.degree - spline.degree))
         basis, spline = self.basis.relative, spline.about(self.basis.origin).relative
-        return {UNKNOWN: represent(basis, spline, basis.greville).control_points.reshape(basis.n, -1)}
+        controls = represent(basis, spline, basis.greville).control_points.reshape(basis.n, -1)
+        return {UNKNOWN: controls - self.shift}
 
     def with_keyframes(self, program: "Program[CurveDesign]", keyframes: Keyframes) -> "Program[CurveDesign]":
         """The program for other keyframes at the same times."""

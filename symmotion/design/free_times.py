@@ -35,7 +35,7 @@ from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.program import Block, Constraint, Multipliers, Program
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, from_origin
+from symmotion.splines import BSplineBasis, Spline, amid, cubic_interpolant, from_origin
 
 LEAST_SHARE = 0.02
 
@@ -122,7 +122,17 @@ class FreeTimesDesign:
     def space(self) -> MovingSpace:
         origin, since = from_origin(self.keyframes.times)
         ends = refined_times(since, self.refine)
-        return MovingSpace(self.degree, self.channels, self.keyframes.dimension, ends, self.unit, origin)
+        return MovingSpace(self.degree, self.channels, self.keyframes.dimension, ends, self.unit, origin, self.shift)
+
+    @cached_property
+    def shift(self) -> np.ndarray | None:
+        """(channels,) what the program subtracts from every control: a point amid keyframes far from zero, or None."""
+        whole = np.concatenate([np.zeros(self.keyframes.dimension**2), amid(self.keyframes.translation)])
+        return whole[: self.channels] if whole[: self.channels].any() else None
+
+    @property
+    def _shift(self) -> np.ndarray:
+        return np.zeros(self.channels) if self.shift is None else self.shift
 
     @property
     def setting(self) -> Setting:
@@ -160,7 +170,8 @@ class FreeTimesDesign:
             terms.append(self.space.integral(name, expression, squares, nodes, weight))
         given = [*self._interpolation(), *self._steps()]
         lengths = {UNKNOWN: slice(self.keyframes.dimension**2, self.channels)}
-        return assembled(self.unknowns(motion), terms, given, self.constraints, self.setting, self, lengths)
+        shifts = {UNKNOWN: np.append(self._shift, 0.0)}
+        return assembled(self.unknowns(motion), terms, given, self.constraints, self.setting, self, lengths, shifts)
 
     @cached_property
     def _given(self) -> Groups:
@@ -175,11 +186,17 @@ class FreeTimesDesign:
             out = local_derivative(z, p, 0, share)[part] - target
             kernel = Kernel(ca.vec(z.T), ca.vertcat(share, target), out, c + 1)
             span = np.minimum(which * (self.refine + 1), self.spans - 1)
-            data = np.column_stack([which == m - 1, self.keyframes.coordinates[which, part]]).astype(float)
+            data = np.column_stack([which == m - 1, self._targets[which, part]]).astype(float)
             operator, every = self.space.selection(span), slice(0, c + 1)
             block = Block(name, kernel, UNKNOWN, every, operator, 1, np.ones(len(which)), data)
             found.append(Constraint.equality(block))
         return found
+
+    @property
+    def _targets(self) -> np.ndarray:
+        targets = self.keyframes.coordinates.copy()
+        targets[:, : self.channels] -= self._shift
+        return targets
 
     def _steps(self) -> list[Constraint]:
         """The linear conditions on the widths: equal in a segment, none beyond the end, the total, the order."""
@@ -238,7 +255,7 @@ class FreeTimesDesign:
         """The motion of the program's unknowns, over its knots; a translation not seen is the natural spline."""
         values = unknowns[UNKNOWN]
         controls = self._interpolant(self._since(values)).spline.control_points.copy()
-        controls[:, : self.channels] = values[:, :-1]
+        controls[:, : self.channels] = values[:, :-1] + self._shift
         basis = self._basis(self._knots(values[: self.spans, -1]))
         return AffineMotion.from_spline(Spline(basis, controls), self.keyframes.dimension)
 
@@ -251,7 +268,7 @@ class FreeTimesDesign:
             spline = represent(basis, motion.spline, self.keyframes.times)
             motion = AffineMotion.from_spline(spline, motion.dimension)
         widths = np.append(np.diff(motion.basis.relative.breakpoints) / self.unit, np.zeros(self.degree))
-        return {UNKNOWN: np.column_stack([motion.spline.control_points[:, : self.channels], widths])}
+        return {UNKNOWN: np.column_stack([motion.spline.control_points[:, : self.channels] - self._shift, widths])}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint: the keyframes' in their shape, those of times per unit of time."""

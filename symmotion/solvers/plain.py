@@ -60,7 +60,9 @@ class _Problem:
         opti = self._opti
         self._variables = {name: opti.variable(v.shape[1], v.shape[0]) for name, v in program.start.items()}
         units = program.unpack(own.unknowns)
-        self._controls = {name: ca.DM(units[name].T) * v for name, v in self._variables.items()}
+        self._controls = {
+            name: v if (units[name] == 1).all() else ca.DM(units[name].T) * v for name, v in self._variables.items()
+        }
         self._program = program
         objective = ca.MX(0)
         for block in program.terms:

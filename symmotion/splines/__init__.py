@@ -2,13 +2,14 @@
 
 from symmotion.splines.basis import BSplineBasis, from_origin
 from symmotion.splines.cumulative import cumulative
-from symmotion.splines.interpolation import check_times, closest, cubic_interpolant, least_squares
+from symmotion.splines.interpolation import amid, check_times, closest, cubic_interpolant, least_squares
 from symmotion.splines.quadrature import gauss
 from symmotion.splines.spline import Spline
 
 __all__ = [
     "BSplineBasis",
     "Spline",
+    "amid",
     "check_times",
     "closest",
     "cubic_interpolant",

@@ -13,6 +13,17 @@ from symmotion.splines.quadrature import gauss
 from symmotion.splines.spline import Spline
 
 ENDS = ("natural", "not-a-knot", "clamped", "periodic")
+FAR = 1e3  # distance from zero, in extents of the values, from which it is subtracted
+
+
+def amid(places: np.ndarray) -> np.ndarray:
+    """(…) what to subtract from places (M, …) and from everything there: one of them where they are far from zero.
+
+    The digits that the distance would take are those that small detail needs. Zero where they are not far.
+    """
+    centre = places[0]
+    near = np.abs(centre).max(initial=0.0) <= FAR * np.abs(places - centre).max(initial=0.0)
+    return np.zeros_like(centre) if near else centre
 
 
 def check_times(times, what: str = "keyframe") -> np.ndarray:
@@ -73,6 +84,9 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
     if len(values) != len(times):
         raise InputError(f"{len(times)} times for {len(values)} values")
     choice(ends, ENDS, "end condition")
+    spread = np.abs(values - values[0]).max(axis=0)
+    centre = np.where(np.abs(values[0]) > FAR * spread, values[0], 0.0)
+    values = values - centre
     least = 4 if ends in ("not-a-knot", "periodic") else 2
     if len(times) < least:
         raise InputError(f"{len(times)} keyframes are too few for {ends} ends: at least {least} are needed")
@@ -87,11 +101,11 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
         if not np.allclose(values[0], values[-1], rtol=1e-9, atol=1e-9 * max(1.0, np.abs(values).max())):
             raise InputError("periodic ends need the last keyframe equal to the first")
         fitted = make_interp_spline(there, np.concatenate([values[:-1], values[:1]]), k=3, bc_type="periodic")
-        return Spline(BSplineBasis.closed(times, 3), fitted.c[: len(times) - 1])
+        return Spline(BSplineBasis.closed(times, 3), fitted.c[: len(times) - 1] + centre)
     else:
         conditions = ends
     fitted = make_interp_spline(there, values, k=3, bc_type=conditions)
-    return Spline(BSplineBasis(fitted.t, 3, origin=origin), fitted.c)
+    return Spline(BSplineBasis(fitted.t, 3, origin=origin), fitted.c + centre)
 
 
 def least_squares(basis: BSplineBasis, times, values) -> Spline:
