@@ -7,12 +7,12 @@ import symmotion as sm
 from studies.affine.invariance_of_units import UNITS, Units, keyframes
 
 CLASSICAL = {
-    "component cubic": sm.motions.component_cubic,
-    "polar, spline": sm.motions.polar_blend,
-    "polar, slerp": lambda keys: sm.motions.polar_blend(keys, "slerp"),
-    "logarithm, linear": sm.motions.log_blend,
-    "logarithm, cubic": lambda keys: sm.motions.log_blend(keys, 3),
-    "steady": sm.motions.steady_morph,
+    "component cubic": sm.motions.interpolants.component_cubic,
+    "polar, spline": sm.motions.interpolants.polar_blend,
+    "polar, slerp": lambda keys: sm.motions.interpolants.polar_blend(keys, "slerp"),
+    "logarithm, linear": sm.motions.interpolants.log_blend,
+    "logarithm, cubic": lambda keys: sm.motions.interpolants.log_blend(keys, 3),
+    "steady": sm.motions.interpolants.steady_morph,
 }
 TURNS = {
     "quaternion spline": lambda keys: sm.quaternions.interpolate_quaternions(keys.times, keys.rotations()),
