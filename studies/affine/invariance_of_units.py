@@ -57,15 +57,21 @@ def _mixed(u: Units) -> Any:  # Any: a sum of energies
     return sm.Rigidity() + 0.1 * (u.a / u.k) ** 2 * _paths(u)
 
 
-def _touching(keys: sm.Keyframes, u: Units) -> sm.JetConstraint:
-    """A body point at a given height, half a unit below a keyframe's, on the way."""
-    at, height = 0.5 * float(keys.times[2] + keys.times[3]), float(keys.translation[2, 2] - 0.5 * u.k)
-    tip = u.k * np.array([0.3, 0.0, 0.1])
-    return sm.JetConstraint(lambda jet: jet.place(tip)[2], lower=height, upper=height, at=at, name="touch")
+def _touching(keys: sm.Keyframes, u: Units) -> tuple[sm.Keyframes, list[sm.JetConstraint]]:
+    """Keyframes without the fourth, of which only a height is kept: that of a body point at its time."""
+    (at, _, place), tip = keys[3], u.k * np.array([0.3, 0.0, 0.1])
+    height = float(place[2])
+    touch = sm.JetConstraint(lambda jet: jet.place(tip)[2], lower=height, upper=height, at=at, name="touch")
+    return keys[[0, 1, 2, 4]], [touch]
 
 
 def _affine(keys: sm.Keyframes, u: Units) -> Any:  # Any: programs of all kinds
     return sm.affine_program(keys, objective=_mixed(u))
+
+
+def _met(keys: sm.Keyframes, u: Units) -> Any:  # Any: as above
+    rest, touch = _touching(keys, u)
+    return sm.affine_program(rest, objective=_mixed(u), constraints=touch)
 
 
 def _turning(keys: sm.Keyframes, u: Units) -> Any:  # Any: as above
@@ -74,7 +80,8 @@ def _turning(keys: sm.Keyframes, u: Units) -> Any:  # Any: as above
 
 def _pose(keys: sm.Keyframes, u: Units) -> Any:  # Any: as above
     objective = sm.Torque(INERTIA) + 0.1 / u.k**2 * sm.TrajectoryEnergy(u.k * np.array([[0.3, 0.1, 0.0]]))
-    return sm.pose_program(keys, objective=objective, constraints=[_touching(keys, u)])
+    rest, touch = _touching(keys, u)
+    return sm.pose_program(rest, objective=objective, constraints=touch)
 
 
 def _slopes(keys: sm.Keyframes, u: Units) -> Any:  # Any: as above
@@ -98,9 +105,7 @@ class Problem(NamedTuple):
 PROBLEMS = {
     "affine, R*": Problem(lambda keys, u: sm.affine_program(keys, objective=sm.Rigidity(2))),
     "affine, R + E": Problem(_affine),
-    "affine, E, a point given": Problem(
-        lambda keys, u: sm.affine_program(keys, objective=_mixed(u), constraints=[_touching(keys, u)])
-    ),
+    "affine, a point given": Problem(_met),
     "affine, tolerance": Problem(
         lambda keys, u: sm.affine_program(keys, objective=_mixed(u), constraints=[sm.Tolerance(linear=0.02)]),
         sm.Ipopt(),
