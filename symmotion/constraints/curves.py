@@ -192,7 +192,7 @@ class CurveCondition(MotionConstraint):
         z, target = ca.SX.sym("z", channels), ca.SX.sym("target", channels)
         rows, data = self.rows(space.basis), self.spread(self.target, shape)
         shifted = space.shift is not None
-        if shifted:
+        if space.shift is not None:
             # The rows see of the shift what they make of a constant curve.
             data = data - np.outer(rows.sum(axis=1), space.shift)
         out = z - target

@@ -89,6 +89,10 @@ class ControlSpace:
     shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
     _slots: dict[int, tuple[NodeSymbols, RigidJet]] = field(default_factory=dict, repr=False)
 
+    @property
+    def unshifted(self) -> "ControlSpace":
+        return replace(self, shift=np.zeros(3), _slots={})
+
     def __getstate__(self) -> dict[str, object]:
         return {**self.__dict__, "_slots": {}}  # symbols do not pickle, and are made again
 

@@ -1,7 +1,7 @@
 """Jets of an affine spline whose knots are unknowns too: controls and knot widths about a span, in symbols."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
@@ -41,6 +41,10 @@ class MovingSpace:
     @property
     def n(self) -> int:
         return len(self.ends) - 1 + self.degree
+
+    @property
+    def unshifted(self) -> "MovingSpace":
+        return replace(self, shift=None, _slots={})
 
     @property
     def domain(self) -> tuple[float, float]:

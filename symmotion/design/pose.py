@@ -150,7 +150,7 @@ class PoseDesign:
             return []
         wanted = ca.SX.sym("place", 3)
         # Of the places and of the unknowns the same is subtracted.
-        near = replace(space, shift=np.zeros(3), _slots={})
+        near = space.unshifted
         out, times = near.jet().v - wanted, self.turning.keys.times[which, None]
         places = self.translation[which] - self.shift
         block = block_of("translation", out, [near], times, data=wanted, numbers=places)

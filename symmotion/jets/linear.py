@@ -1,7 +1,7 @@
 """Jets of splines whose controls are the unknowns: linear in them, of affine motions and of curves."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 
 import casadi as ca
@@ -63,6 +63,10 @@ class LinearSpace:
     # The coordinates that an expression is taken to read: all up to the highest it names, rounded up to one of these.
     groups: tuple[int, ...] = field(default=())
     shift: np.ndarray | None = None
+
+    @property
+    def unshifted(self) -> "LinearSpace":
+        return replace(self, shift=None)
 
     @property
     def n(self) -> int:
