@@ -161,8 +161,8 @@ class OnLine(MotionConstraint):
     def frees(self, setting: Setting) -> tuple[set[int], set[int]]:
         return set(), {setting.keyframe(self.keyframe, self.name)}
 
-    def build(self, setting: Setting) -> Constraint:
-        return super().build(near(setting))
+    def seen_from(self, setting: Setting) -> Setting:
+        return near(setting)
 
     def stated(self, setting: Setting) -> JetConstraint:
         setting.require_translation(self.name)
@@ -231,8 +231,8 @@ class Tolerance(MotionConstraint):
         turned = set(np.flatnonzero(self._turns(setting)).tolist())
         return (which if self.linear else turned), (which if self.translation else set())
 
-    def build(self, setting: Setting) -> Constraint:
-        return super().build(near(setting))
+    def seen_from(self, setting: Setting) -> Setting:
+        return near(setting)
 
     def stated(self, setting: Setting) -> JetConstraint:
         rigid = isinstance(setting.space.symbols(), RigidJet)
@@ -302,8 +302,8 @@ class ExactSamples(MotionConstraint):
         """The numbers among m, each once, in order."""
         return np.array(checks.indices(self.numbers, m, "exact sample"), dtype=int)
 
-    def build(self, setting: Setting) -> Constraint:
-        return super().build(near(setting))
+    def seen_from(self, setting: Setting) -> Setting:
+        return near(setting)
 
     def stated(self, setting: Setting) -> JetConstraint:
         if setting.linear is None or setting.translation is None or isinstance(setting.space.symbols(), RigidJet):
