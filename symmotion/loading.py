@@ -38,7 +38,7 @@ TURNS = (Steady, PlanarTurns, SpatialTurns)
 
 # What can be in a file: the class, and what each of its fields may be.
 CLASSES: dict[type, dict[str, tuple[type, ...]]] = {
-    BSplineBasis: {"knots": (np.ndarray,), "degree": (int,), "periodic": (bool,)},
+    BSplineBasis: {"knots": (np.ndarray,), "degree": (int,), "periodic": (bool,), "origin": (float,)},
     Spline: {"basis": (BSplineBasis,), "control_points": (np.ndarray,)},
     RationalQuadratic: {"control_points": (np.ndarray,), "weight": (float,), "domain": (np.ndarray,)},
     ArcParameter: {"curve": CURVES, "domain": (np.ndarray,)},
@@ -71,6 +71,8 @@ CLASSES: dict[type, dict[str, tuple[type, ...]]] = {
     SlerpBezier: {"controls": (np.ndarray,)},
     SegmentCurve: {"times": (np.ndarray,), "segment": (Slerps, Squads, SlerpBezier)},
 }
+# Fields that files of version 0.1.0 lack.
+LATER: dict[type, dict[str, object]] = {BSplineBasis: {"origin": 0.0}}
 NAMES = {cls.__name__: cls for cls in CLASSES}
 WORDS = {np.ndarray: "numbers", int: "a whole number", float: "a number", bool: "true or false", str: "a text"}
 
@@ -110,7 +112,7 @@ def _older(path: object, mark: Mapping[str, object], entries: dict[str, object])
     """The entries of a file of 0.1.0, of `write_motion` or `write_two_parameter`, as `save` lays them out."""
     kind, version = mark["symmotion"], mark["version"]
     if kind == "affine-motion" and version == 1:
-        basis = {name: entries.pop(name) for name in ("knots", "degree", "periodic") if name in entries}
+        basis = {name: entries.pop(name) for name in ("knots", "degree", "periodic", "origin") if name in entries}
         return {"class": "AffineMotion", "basis": {"class": "BSplineBasis", **basis}, **entries}
     if kind == "two-parameter-motion" and version == 1:
         degrees = entries.pop("degree", None)
@@ -134,7 +136,7 @@ def _made(entry: object, where: str, before: str) -> object:
     cls = NAMES.get(name) if isinstance(name, str) else None
     if cls is None:
         raise InputError(f"{where}: class {name!r:.40} is unknown; there are {', '.join(NAMES)}")
-    kinds = CLASSES[cls]
+    kinds, entry = CLASSES[cls], {**LATER.get(cls, {}), **entry}
     for fault, names in (
         ("is missing", [n for n in kinds if n not in entry]),
         ("is unknown", [n for n in entry if n not in kinds and n != "class"]),

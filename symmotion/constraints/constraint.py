@@ -133,10 +133,15 @@ class MotionConstraint(ABC):
 
     def build(self, setting: Setting) -> Constraint:
         """The condition as part of a program; its multipliers are (N, C), a row for each time."""
+        setting = self.seen_from(setting)
         stated = said(self.name, "stated", "this program", lambda: self.stated(setting))
         if not isinstance(stated, JetConstraint):
             raise InputError(f"{self.name}: stated returns a {type(stated).__name__}: a JetConstraint is needed")
         return replace(stated.named(self.name).build(setting), shape=None)
+
+    def seen_from(self, setting: Setting) -> Setting:
+        """The setting that it is stated and built in."""
+        return setting
 
     def freed(self, setting: Setting) -> tuple[set[int], set[int]]:
         """What it `frees`, numbers of keyframes that there are."""

@@ -166,6 +166,11 @@ class CurveCondition(MotionConstraint):
         return replace(self, times=unified(self.times, marks))
 
     @property
+    def places(self) -> bool:
+        """Whether it gives the curve's own values."""
+        return self.is_equality and not self.norm and self.times.shape[1] == 1 and not self.orders.any()
+
+    @property
     def samples(self) -> list[tuple[float, int, int]]:
         """Time, order and side of each row of a condition that samples the curve once."""
         return list(zip(self.times[:, 0].tolist(), self.orders[:, 0].tolist(), self.sides[:, 0].tolist(), strict=True))
@@ -185,8 +190,15 @@ class CurveCondition(MotionConstraint):
         """The rows `kept` of the condition on the curves of a space, with values of a shape."""
         channels = space.channels
         z, target = ca.SX.sym("z", channels), ca.SX.sym("target", channels)
-        out = ca.sumsqr(z) if self.norm else z - target
-        rows, data = self.rows(space.basis)[kept], self.spread(self.target, shape)[kept]
+        rows, data = self.rows(space.basis), self.spread(self.target, shape)
+        shifted = space.shift is not None
+        if space.shift is not None:
+            # The rows see of the shift what they make of a constant curve.
+            data = data - np.outer(rows.sum(axis=1), space.shift)
+        out = z - target
+        if self.norm:
+            out = ca.sumsqr(out) if shifted else ca.sumsqr(z)
+        rows, data = rows[kept], data[kept]
         whole = slice(0, channels)
         kernel = Kernel(z, target, out, channels)
         block = Block(self.name, kernel, space.variable, whole, rows, 1, np.ones(len(kept)), data)

@@ -1,7 +1,7 @@
 """Constraints that refer to a program's keyframes: rates there, tolerances, closure."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -13,6 +13,7 @@ from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Se
 from symmotion.errors import InputError
 from symmotion.jets import Jet, RigidJet, rotation
 from symmotion.jets.linear import LinearSpace
+from symmotion.jets.space import Shifted
 from symmotion.kernels import Kernel
 from symmotion.program import Block, Constraint
 
@@ -160,6 +161,9 @@ class OnLine(MotionConstraint):
     def frees(self, setting: Setting) -> tuple[set[int], set[int]]:
         return set(), {setting.keyframe(self.keyframe, self.name)}
 
+    def seen_from(self, setting: Setting) -> Setting:
+        return near(setting)
+
     def stated(self, setting: Setting) -> JetConstraint:
         setting.require_translation(self.name)
         i, d = setting.keyframe(self.keyframe, self.name), dimension(setting)
@@ -226,6 +230,9 @@ class Tolerance(MotionConstraint):
         which = set(self._which(setting))
         turned = set(np.flatnonzero(self._turns(setting)).tolist())
         return (which if self.linear else turned), (which if self.translation else set())
+
+    def seen_from(self, setting: Setting) -> Setting:
+        return near(setting)
 
     def stated(self, setting: Setting) -> JetConstraint:
         rigid = isinstance(setting.space.symbols(), RigidJet)
@@ -295,6 +302,9 @@ class ExactSamples(MotionConstraint):
         """The numbers among m, each once, in order."""
         return np.array(checks.indices(self.numbers, m, "exact sample"), dtype=int)
 
+    def seen_from(self, setting: Setting) -> Setting:
+        return near(setting)
+
     def stated(self, setting: Setting) -> JetConstraint:
         if setting.linear is None or setting.translation is None or isinstance(setting.space.symbols(), RigidJet):
             raise InputError(f"{self.name}: affine keyframes or samples are needed")
@@ -314,6 +324,17 @@ def dimension(setting: Setting) -> int:
     if not isinstance(jet, Jet | RigidJet):
         raise InputError(f"a constraint of a body's motion, on a jet of kind {jet.kind}")
     return jet.dimension
+
+
+def near(setting: Setting) -> Setting:
+    """The setting with places that count from the shift of the program, as its unknowns do.
+
+    What compares a place with a keyframe's says the same there, and loses no digits to how far away both are.
+    """
+    space, places = setting.space, setting.translation
+    if not isinstance(space, Shifted) or space.shift is None or places is None:
+        return setting
+    return replace(setting, spaces=(space.unshifted,), translation=places - space.shift[-places.shape[1] :])
 
 
 def _ends(setting: Setting) -> np.ndarray:

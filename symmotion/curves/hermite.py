@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from symmotion.checks import choice, numbers
 from symmotion.errors import InputError
-from symmotion.splines import BSplineBasis, Spline, check_times
+from symmotion.splines import BSplineBasis, Spline, check_times, from_origin
 
 ENDS = ("second-order", "natural", "clamped", "periodic")
 TCB = {
@@ -28,6 +28,7 @@ def hermite_spline(times, values, slopes, right_slopes=None, *, periodic: bool =
     periodic: the last key is the first one a period later.
     """
     times, values = check_keys(times, values, 2)
+    origin, times = from_origin(times)
     left = _like(slopes, values, "slopes")
     right = left if right_slopes is None else _like(right_slopes, values, "right_slopes")
     broken = np.array([not np.array_equal(a, b) for a, b in zip(left, right, strict=True)])
@@ -37,16 +38,16 @@ def hermite_spline(times, values, slopes, right_slopes=None, *, periodic: bool =
     # (broken) also the key itself.
     before, after = values[1:] - thirds * left[1:], values[:-1] + thirds * right[:-1]
     if periodic:
-        return _closed(times, values, left, right, before, after)
+        return _closed(times, values, left, right, before, after, origin)
     controls, copies = [values[0], after[0]], np.where(broken, 3, 2)[1:-1]
     for i in range(1, len(times) - 1):
         controls += [before[i - 1], *([values[i]] if broken[i] else []), after[i]]
     controls += [before[-1], values[-1]]
     knots = np.concatenate([np.full(4, times[0]), np.repeat(times[1:-1], copies), np.full(4, times[-1])])
-    return Spline(BSplineBasis(knots, 3), np.array(controls))
+    return Spline(BSplineBasis(knots, 3, origin=origin), np.array(controls))
 
 
-def _closed(times, values, left, right, before, after) -> Spline:
+def _closed(times, values, left, right, before, after, origin) -> Spline:
     """The periodic Hermite spline, whose knots repeat with the period."""
     _require_closed(times, values)
     for name, slopes in (("slopes", left), ("right_slopes", right)):
@@ -63,7 +64,7 @@ def _closed(times, values, left, right, before, after) -> Spline:
     n = len(one)
     tiled = (one + period * np.arange(-2, 4)[:, None]).ravel()
     first = 2 * n + copies[0] - 1 - 3
-    return Spline(BSplineBasis(tiled[first : first + n + 7], 3, periodic=True), controls)
+    return Spline(BSplineBasis(tiled[first : first + n + 7], 3, periodic=True, origin=origin), controls)
 
 
 def catmull_rom(times, values, ends: str = "second-order", end_slopes=None) -> Spline:

@@ -79,7 +79,7 @@ def polynomial_segment(
             BSplineBasis.clamped(domain, len(checked) - 1)(points), _bernstein(hull, len(checked), points) @ controls
         )
     if isinstance(given, SYMBOLIC):
-        knots = ca.DM(BSplineBasis.clamped(domain, len(checked) - 1).knots)
+        knots = ca.DM(BSplineBasis.clamped(domain, len(checked) - 1).about(0.0).knots)
         return SymbolicSpline(knots, ca.DM(controls) @ given, len(checked) - 1)
     return bezier(np.tensordot(controls, given, axes=1), domain)
 

@@ -79,7 +79,8 @@ def _mirrored(curve: Any) -> Derivatives:
     """The derivatives of y(−t) = x(t), from the right at −t: those of x from the left."""
     if isinstance(curve, Spline):
         plain = curve.clamped()
-        return derivatives(Spline(BSplineBasis(-plain.basis.knots[::-1], plain.degree), plain.control_points[::-1]))
+        mirror = BSplineBasis(-plain.basis.knots[::-1], plain.degree, origin=-plain.basis.origin)
+        return derivatives(Spline(mirror, plain.control_points[::-1]))
     return lambda t, k: (-1) ** k * np.asarray(curve(-t - 1e-9 * np.ptp(curve.breakpoints), k)).reshape(len(t), -1)
 
 

@@ -1,7 +1,6 @@
 """How a curve is passed in time: speed, arc length, constant speed, slow-in and slow-out."""
 
 import os
-from dataclasses import replace
 from functools import cached_property
 from math import factorial
 from typing import Protocol
@@ -15,7 +14,7 @@ from symmotion.curves.series import compose, product, reciprocal, root, taylor
 from symmotion.curves.stops import derivatives, from_rest, resting
 from symmotion.errors import InputError, SolveError
 from symmotion.saving import save
-from symmotion.splines import BSplineBasis, Integral, Spline, integrate
+from symmotion.splines import BSplineBasis, Integral, Spline, from_origin, integrate
 from symmotion.splines.instants import distinct, inside
 from symmotion.values import value
 
@@ -65,7 +64,7 @@ def _lengths(curve: Curve, start: np.ndarray, end: np.ndarray) -> Integral:
     if isinstance(curve, Spline):
         # From where it begins: so no digits of the times are lost to when that is.
         origin = curve.domain[0]
-        curve = Spline(replace(curve.basis, knots=curve.basis.knots - origin), curve.control_points)
+        curve = curve.about(origin).relative
     slope = derivatives(curve)
     found = integrate(lambda t: np.linalg.norm(slope(t, 1), axis=1), start - origin, end - origin, 1e-14)
     if not np.isfinite(found.error):
@@ -290,7 +289,9 @@ def slow_in_out(
     # A ramp keeps its first two controls at the end value, which makes the speed zero there.
     line[greville <= slow_in / 2] = 0.0
     line[greville >= 1 - slow_out / 2] = 1.0
-    return Spline(BSplineBasis(a + (b - a) * knots, 2), ends[0] + (ends[1] - ends[0]) * line)
+    origin, (first, last) = from_origin(np.array([a, b]))
+    basis = BSplineBasis(first + (last - first) * knots, 2, origin=origin)
+    return Spline(basis, ends[0] + (ends[1] - ends[0]) * line)
 
 
 def smooth_step(order: int = 1, domain: tuple[float, float] = (0.0, 1.0)) -> Spline:
@@ -312,7 +313,8 @@ def solutions(warp: Spline, value: float) -> np.ndarray:
     from scipy.interpolate import BSpline, PPoly  # here: see Spline._scipy
 
     plain = warp.clamped()
+    origin = plain.basis.origin
     a, b = warp.domain
     polynomials = PPoly.from_spline(BSpline(plain.basis.knots, plain.control_points, plain.degree))
     times = np.asarray(polynomials.solve(value, discontinuity=False, extrapolate=False))
-    return np.clip(times[np.isfinite(times)], a, b)
+    return np.clip(origin + times[np.isfinite(times)], a, b)

@@ -29,18 +29,17 @@ from symmotion.design.question import (
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
-from symmotion.jets.linear import JetKernel, LinearSpace, affine_space
+from symmotion.jets.linear import LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, closest, cubic_interpolant, unified
+from symmotion.splines import BSplineBasis, Spline, amid, closest, cubic_interpolant, from_origin, unified
 from symmotion.splines.interpolation import ENDS, require_schoenberg_whitney
 
 RIGIDITY = Rigidity()
-FAR = 1e3  # distance from zero, in diameters of the keyframes, from which it is subtracted
 
 
 @renamed(keyframes="keys")
@@ -80,8 +79,9 @@ def affine_program(
     keys = apart_keyframes(keys)
     energy, asked = as_objective(objective, RIGIDITY), as_constraints(constraints)
     degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
-    inner = refined_times(keys.times, refine)[1:-1] if knots is None else placed_knots(knots, keys.times)
-    basis = _clamped(keys.times[0], inner, keys.times[-1], degree)
+    origin, since = from_origin(keys.times)
+    inner = refined_times(since, refine)[1:-1] if knots is None else placed_knots(knots, keys.times) - origin
+    basis = _clamped(since[0], inner, since[-1], degree, origin)
     rates = rates_at_ends(ends, end_rates, keys.dimension, ENDS)
     slopes = None if rates is None else np.concatenate([rates.linear.reshape(2, -1), rates.translation], axis=1)
     start = represent(basis, cubic_interpolant(keys.times, keys.coordinates, ends, slopes), keys.times)
@@ -98,9 +98,10 @@ def placed_knots(knots: ArrayLike, times: np.ndarray) -> np.ndarray:
 MOST_KNOTS = 10**6
 
 
-def _clamped(a: float, inner: np.ndarray, b: float, degree: int) -> BSplineBasis:
-    """The clamped basis over [a, b] with these inner knots, copies counting."""
-    return BSplineBasis(np.concatenate([np.full(degree + 1, a), inner, np.full(degree + 1, b)]), degree)
+def _clamped(a: float, inner: np.ndarray, b: float, degree: int, origin: float) -> BSplineBasis:
+    """The clamped basis over [a, b] with these inner knots, copies counting, all from an origin on."""
+    knots = np.concatenate([np.full(degree + 1, a), inner, np.full(degree + 1, b)])
+    return BSplineBasis(knots, degree, origin=origin)
 
 
 def refined_times(times: np.ndarray, refine: int) -> np.ndarray:
@@ -114,17 +115,18 @@ def refined_times(times: np.ndarray, refine: int) -> np.ndarray:
 def represent(basis: BSplineBasis, spline: Spline, times: np.ndarray) -> Spline:
     """`spline` over `basis`: exactly where knot insertion leads there, else its closest interpolant at `times`."""
     require_schoenberg_whitney(basis, times)
-    spline = spline.clamped()
-    placed = unified(spline.basis.knots, basis.knots)
+    spline = spline.clamped().about(basis.origin)
+    placed = unified(spline.basis.knots, basis.knots, basis.origin)
     if not np.array_equal(placed, spline.basis.knots):
-        spline = Spline(BSplineBasis(placed, spline.degree), spline.control_points)
+        spline = Spline(replace(spline.basis, knots=placed), spline.control_points)
     if basis.degree == spline.degree and np.isin(spline.basis.knots, basis.knots).all():
         old, old_copies = np.unique(spline.basis.knots, return_counts=True)
         new, new_copies = np.unique(basis.knots, return_counts=True)
         extra = new_copies.copy()
         extra[np.searchsorted(new, old)] -= old_copies
         if (extra >= 0).all():
-            return spline.refined(np.repeat(new, extra))
+            refined = spline.relative.refined(np.repeat(new, extra))
+            return Spline(basis, refined.control_points)
     return closest(basis, spline, times)
 
 
@@ -146,17 +148,8 @@ class AffineDesign:
 
     @cached_property
     def origin(self) -> np.ndarray:
-        """(d² + d,) what the program subtracts from every control: a point amid keyframes that are far from zero.
-
-        The digits that the distance would take are those that small detail needs. Zero where
-        the keyframes are not far, or where a term or a condition reads the translation itself.
-        """
-        v, d = self.keyframes.translation, self.keyframes.dimension
-        origin, centre = np.zeros(d * d + d), v[0]
-        near = np.abs(centre).max() <= FAR * np.abs(v - centre).max()
-        if not (near or self.constraints or any(k.reads(0, slice(d * d, None)) for k in self._kernels)):
-            origin[d * d :] = centre
-        return origin
+        """(d² + d,) what the program subtracts from every control: a point amid keyframes that are far from zero."""
+        return np.concatenate([np.zeros(self.keyframes.dimension**2), amid(self.keyframes.translation)])
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -167,19 +160,15 @@ class AffineDesign:
         return self.start.basis
 
     @cached_property
-    def _kernels(self) -> list[JetKernel]:
-        d = self.keyframes.dimension
-        whole = affine_space(self.basis, d, d * d + d)
-        return [kernel_of(e, w, whole) for _, w, e in parts_of(self.objective)]
-
-    @cached_property
     def channels(self) -> int:
         """Coordinates per control in the program: d², or d² + d where the objective sees the translation."""
-        return max(kernel.channels for kernel in self._kernels)
+        d = self.keyframes.dimension
+        whole = affine_space(self.basis, d, d * d + d)
+        return max(kernel_of(e, w, whole).channels for _, w, e in parts_of(self.objective))
 
     @cached_property
     def space(self) -> LinearSpace:
-        return affine_space(self.basis, self.keyframes.dimension, self.channels)
+        return affine_space(self.basis, self.keyframes.dimension, self.channels, self.origin)
 
     @property
     def setting(self) -> Setting:
@@ -190,12 +179,11 @@ class AffineDesign:
         """The program of this question."""
         require_volume(self.objective, self.keyframes)
         start = {UNKNOWN: self._unknowns(self.start)}
-        controls = self.start.control_points.copy()
-        controls[:, : self.channels] = start[UNKNOWN] + self.origin[: self.channels]
-        terms = terms_of(self.objective, self.space, controls, self.nodes)
+        terms = terms_of(self.objective, self.space, start[UNKNOWN], self.nodes)
         given = [self._interpolation(*group) for group in self._given]
         lengths = {UNKNOWN: slice(self.keyframes.dimension**2, None)}
-        return assembled(start, terms, given, self.constraints, self.setting, self, lengths)
+        shifts = {UNKNOWN: self.origin[: self.channels]}
+        return assembled(start, terms, given, self.constraints, self.setting, self, lengths, shifts)
 
     @cached_property
     def _given(self) -> Groups:
@@ -276,17 +264,19 @@ class AffineDesign:
         by: "degree", from 1 up to the full one, with the same knots; or "knots", the inserted knots in
         three steps: every fourth, every second, all.
         """
-        times, basis = self.keyframes.times, self.basis
+        basis, origin = self.basis, self.basis.origin
+        times = self.keyframes.times - origin
         if by == "degree":
+            breaks = basis.relative.breakpoints
             for degree in range(1, basis.degree):
-                yield self._restricted(BSplineBasis.clamped(basis.breakpoints, degree))
+                yield self._restricted(_clamped(breaks[0], breaks[1:-1], breaks[-1], degree, origin))
         elif by == "knots":
             inner = basis.knots[basis.degree + 1 : -basis.degree - 1]
             inserted = inner[~np.isin(inner, times)]
             for stride in (4, 2):
                 kept = np.sort(np.concatenate([inner[np.isin(inner, times)], inserted[stride - 1 :: stride]]))
                 if len(kept) < len(inner):
-                    yield self._restricted(_clamped(times[0], kept, times[-1], basis.degree))
+                    yield self._restricted(_clamped(times[0], kept, times[-1], basis.degree, origin))
         else:
             raise InputError(f"stages by {by!r} are unknown; there are degree, knots")
 

@@ -1,7 +1,7 @@
 """Control quaternions as the symbols of kernels: what a node of a quaternion curve reads, and what it can say."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import casadi as ca
@@ -22,7 +22,8 @@ from symmotion.splines.cumulative import cumulative
 class NodeSymbols:
     """What a span's jet is made of: z, its degree + 1 controls one after the other, and what tells the parameter.
 
-    signs, turns: (p,) of the logarithms, empty where all are principal; weights: B̃, B̃′, B̃″, B̃‴, each (p,); t: the time.
+    signs, turns: (p,) of the logarithms, empty where all are principal; weights: B̃, B̃′, B̃″, B̃‴, each (p,); t: the time;
+    shift: (3,) what the control points are short of the places, zero where they are not.
     """
 
     z: ca.SX
@@ -30,9 +31,10 @@ class NodeSymbols:
     turns: ca.SX
     weights: tuple[ca.SX, ...]
     t: ca.SX
+    shift: ca.SX
 
     @staticmethod
-    def of(channels: int, p: int, plain: bool, slot: int = 0) -> "NodeSymbols":
+    def of(channels: int, p: int, plain: bool, slot: int = 0, shifted: bool = False) -> "NodeSymbols":
         branch = 0 if plain else p
         return NodeSymbols(
             ca.SX.sym(f"z_{slot}", channels * (p + 1)),
@@ -40,6 +42,7 @@ class NodeSymbols:
             ca.SX.sym(f"turns_{slot}", branch),
             tuple(ca.SX.sym(f"weights_{slot}_{order}", p) for order in range(HIGHEST_ORDER + 1)),
             ca.SX.sym(f"t_{slot}"),
+            ca.SX.sym(f"shift_{slot}", 3) if shifted else ca.SX(3, 1),
         )
 
     def ways(self, channels: int) -> list[ca.SX]:
@@ -59,7 +62,7 @@ class NodeSymbols:
             for weights in self.weights:
                 steps = enumerate(pairwise(points))
                 derivatives.append(sum(((b - a) * weights[k] for k, (a, b) in steps), ca.SX(3, 1)))
-            return (derivatives[0] + points[0], *derivatives[1:])
+            return (derivatives[0] + points[0] + self.shift, *derivatives[1:])
 
         return RigidJet(
             lambda: rotation.orientation(self.z[:4], ways, self.weights[0]),
@@ -74,7 +77,8 @@ class ControlSpace:
     """The space of a quaternion curve: its basis, and what tells a logarithm its branch. A `JetSpace`.
 
     signs, turns: (n,) by the control that an increment leads to, q_{l−1}⁻¹ q_l · signs = exp(ω_l) with
-    ω_l by 2π · turns longer than the principal logarithm. channels: 4, or 7 with a translation.
+    ω_l by 2π · turns longer than the principal logarithm. channels: 4, or 7 with a translation. shift: (3,) what the
+    unknown control points are short of the places.
     """
 
     basis: BSplineBasis
@@ -82,7 +86,12 @@ class ControlSpace:
     turns: np.ndarray
     channels: int = 4
     variable: str = UNKNOWN
+    shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
     _slots: dict[int, tuple[NodeSymbols, RigidJet]] = field(default_factory=dict, repr=False)
+
+    @property
+    def unshifted(self) -> "ControlSpace":
+        return replace(self, shift=np.zeros(3), _slots={})
 
     def __getstate__(self) -> dict[str, object]:
         return {**self.__dict__, "_slots": {}}  # symbols do not pickle, and are made again
@@ -132,7 +141,7 @@ class ControlSpace:
 
     def _slot(self, slot: int) -> tuple[NodeSymbols, RigidJet]:
         if slot not in self._slots:
-            symbols = NodeSymbols.of(self.channels, self.basis.degree, self.plain, slot)
+            symbols = NodeSymbols.of(self.channels, self.basis.degree, self.plain, slot, bool(self.shift.any()))
             self._slots[slot] = symbols, symbols.jet(self.channels, symbols.ways(self.channels))
         return self._slots[slot]
 
@@ -146,18 +155,23 @@ class ControlSpace:
     def read(self, slot: int, out: ca.SX, times: np.ndarray, sides: np.ndarray | None, width: int) -> Reading:
         node = self._slot(slot)[0]
         highest = HIGHEST_ORDER if ca.depends_on(out, node.weights[HIGHEST_ORDER]) else HIGHEST_ORDER - 1
-        columns, tables = self._tables(times[:, None], highest)
+        columns, tables = self._tables(self.basis, times[:, None], highest)
         data = [node.signs, node.turns, *node.weights[: highest + 1]]
         numbers = [*self._branches(columns), tables[:, 0]]
         if ca.depends_on(out, node.t):
             data, numbers = [*data, node.t], [*numbers, times[:, None]]
+        if self.shift.any() and ca.depends_on(out, node.shift):
+            data, numbers = [*data, node.shift], [*numbers, np.broadcast_to(self.shift, (len(times), 3))]
         return Reading(node.z, self._picked(columns), ca.vertcat(*data), np.concatenate(numbers, axis=1))
 
-    def _tables(self, times: np.ndarray, highest: int) -> tuple[np.ndarray, np.ndarray]:
-        """Of times (E, Q): the controls (E, p + 1) of their spans, and the weights (E, Q, (highest + 1) p) there."""
+    def _tables(self, basis: BSplineBasis, times: np.ndarray, highest: int) -> tuple[np.ndarray, np.ndarray]:
+        """The controls (E, p + 1) of the spans of parameters (E, Q), and the weights (E, Q, (highest + 1) p) there.
+
+        basis: this one, or its relative one for times from the origin on.
+        """
         e, q = times.shape
         p = self.basis.degree
-        spans, weights = cumulative(self.basis, times.ravel(), highest)
+        spans, weights = cumulative(basis, times.ravel(), highest)
         columns = (spans.reshape(e, q)[:, :1] - p + np.arange(p + 1)) % self.basis.n
         tables = np.stack([np.stack(w, axis=1) for w in weights], axis=1).reshape(e, q, (highest + 1) * p)
         return columns, tables
@@ -179,26 +193,32 @@ class ControlSpace:
         whole: whether a span is one element, whose logarithms are taken once for its nodes. With all nodes of a span
         in one, a large kernel takes long to derive.
         """
-        points, weights = gauss(self.basis, nodes)
+        basis = self.basis.relative
+        points, weights = gauss(basis, nodes)
         shares = np.sqrt(weight * weights) if squares else weight * weights
         if not whole:
             points, shares = points.reshape(-1, 1), shares.reshape(-1, 1)
         e, q = points.shape
         p, c = self.basis.degree, self.channels
-        columns, tables = self._tables(points, 2)
+        columns, tables = self._tables(basis, points, 2)
         symbols = NodeSymbols.of(c, p, self.plain)
         ways, out, data = symbols.ways(c), [], [symbols.signs, symbols.turns]
         # Asked of a jet of symbols: a node's own is a long expression to search.
         plain = self.symbols()
         timed = bool(ca.depends_on(expression(plain), plain.t))
+        placed = self.shift.any() and bool(ca.depends_on(expression(plain), plain.v))
+        if placed:
+            symbols = replace(symbols, shift=ca.SX.sym("shift", 3))
+            data.append(symbols.shift)
         for k in range(q):
             here = NodeSymbols.of(c, p, self.plain, k)
             share = ca.SX.sym("share")
-            node = NodeSymbols(symbols.z, symbols.signs, symbols.turns, here.weights, here.t)
+            node = replace(here, z=symbols.z, signs=symbols.signs, turns=symbols.turns, shift=symbols.shift)
             out.append(share * expression(node.jet(c, ways)))
             data += [*here.weights[:3], share, *([here.t] if timed else [])]
-        extra = np.stack([shares, points], axis=2) if timed else shares[..., None]
-        numbers = [*self._branches(columns), np.concatenate([tables, extra], axis=2).reshape(e, -1)]
+        extra = np.stack([shares, self.basis.origin + points], axis=2) if timed else shares[..., None]
+        shift = [np.broadcast_to(self.shift, (e, 3))] if placed else []
+        numbers = [*self._branches(columns), *shift, np.concatenate([tables, extra], axis=2).reshape(e, -1)]
         kernel = Kernel(symbols.z, ca.vertcat(*data), ca.vertcat(*out), c, squares)
         table = np.concatenate(numbers, axis=1)
         return Block(name, kernel, self.variable, slice(0, c), self._picked(columns), 1, np.ones(e), table)

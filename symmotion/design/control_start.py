@@ -28,6 +28,7 @@ def blossomed(motion: QuaternionMotion, basis: BSplineBasis) -> np.ndarray:
 
     e_2, e_3 are symmetric functions of the knots about τ_j: on a single axis that is the blossom, exact for cubics.
     """
+    motion, basis = motion.about(basis.origin).relative, basis.relative
     p, where = basis.degree, basis.greville
     windows = np.lib.stride_tricks.sliding_window_view(basis.knots[1:-1], p)[: basis.n] - where[:, None]
     s2, s3 = (windows**2).sum(axis=1), (windows**3).sum(axis=1)
@@ -43,6 +44,7 @@ def blossomed(motion: QuaternionMotion, basis: BSplineBasis) -> np.ndarray:
 
 def ways_between(motion: QuaternionMotion, basis: BSplineBasis) -> np.ndarray:
     """(n, 3) half-angle vectors of the turns to the knot averages from those before, by the rate; zero to the first."""
+    motion, basis = motion.about(basis.origin).relative, basis.relative
     where = basis.greville
     a, b = motion.domain
     nodes, weights = np.polynomial.legendre.leggauss(4)

@@ -25,7 +25,7 @@ from symmotion.motions.keyframes import require_no_path
 from symmotion.program import Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, same_times, unified
+from symmotion.splines import BSplineBasis, Spline, amid, from_origin, same_times, unified
 
 MOST_KNOTS = 10**6  # in every interval
 SMALL = 600  # conditions up to which a dense factorisation looks for redundant ones
@@ -91,14 +91,16 @@ def curve_program(
     if outside.any():
         raise InputError(f"break {torn[outside][0]:g} is not inside the domain ({span[0]:g}, {span[1]:g})")
     inner = _knots(marks, most, degree, span, torn) if knots is None else unified(given, every)
+    origin, ends_since = from_origin(np.array(span))
+    inner = inner - origin
     if knots is None and refine:
-        borders = np.unique(np.concatenate([span, inner]))
+        borders = np.unique(np.concatenate([ends_since, inner]))
         if refine > MOST_KNOTS:
             raise InputError(f"refine {refine}: {MOST_KNOTS} knots in every interval are the most")
         share = np.arange(1, refine + 1) / (refine + 1)
         inner = np.sort(np.concatenate([inner, (borders[:-1, None] + np.diff(borders)[:, None] * share).ravel()]))
     end = np.full(degree + 1, 1.0)
-    basis = BSplineBasis(np.concatenate([span[0] * end, inner, span[1] * end]), degree)
+    basis = BSplineBasis(np.concatenate([ends_since[0] * end, inner, ends_since[1] * end]), degree, origin=origin)
     design = CurveDesign(conditions, extra, energy, least, basis, torn)
     return replace(design.program(), build_seconds=perf_counter() - began)
 
@@ -254,7 +256,13 @@ class CurveDesign:
 
     @cached_property
     def space(self) -> LinearSpace:
-        return curve_space(self.basis, self.shape)
+        return curve_space(self.basis, self.shape, self.shift)
+
+    @cached_property
+    def shift(self) -> np.ndarray:
+        """(channels,) what the program subtracts from every control: a point amid values that are far from zero."""
+        places = [c.spread(c.target, self.shape) for c in self.conditions if c.places]
+        return amid(np.concatenate(places)) if places else np.zeros(self.channels)
 
     @property
     def setting(self) -> Setting:
@@ -269,10 +277,11 @@ class CurveDesign:
         self._require_independent()
         if not self.constraints:
             self._require_determined()
-        start = self._start()
+        start = self._start() - self.shift
         terms = terms_of(self.objective, self.space, start, self.nodes)
         lengths = {UNKNOWN: slice(None)}
-        return assembled({UNKNOWN: start}, terms, given, self.constraints, self.setting, self, lengths)
+        shifts = {UNKNOWN: self.shift}
+        return assembled({UNKNOWN: start}, terms, given, self.constraints, self.setting, self, lengths, shifts)
 
     @cached_property
     def _kept(self) -> dict[str, np.ndarray]:
@@ -317,7 +326,8 @@ class CurveDesign:
             ]
         )
         along = np.argsort(times, kind="stable")
-        return np.column_stack([np.interp(self.basis.greville, times[along], v[along]) for v in values.T])
+        since, where = times[along] - self.basis.origin, self.basis.relative.greville
+        return np.column_stack([np.interp(where, since, v[along]) for v in values.T])
 
     def _require_independent(self) -> None:
         """Raise InputError that names the first equality that repeats others or contradicts them."""
@@ -342,10 +352,10 @@ class CurveDesign:
     def _require_determined(self) -> None:
         """Raise InputError where a curve that costs nothing is free under the conditions."""
         # ∫ ‖x⁽ᵏ⁾‖² does not see polynomials of degree k − 1, one for each piece between breaks, joined continuously.
-        a, b = self.basis.domain
+        (a, b), origin = self.basis.relative.domain, self.basis.origin
         k = self.order
-        knots = np.concatenate([np.full(k, a), np.repeat(self.breaks, k - 1), np.full(k, b)])
-        unseen = BSplineBasis(knots, k - 1)
+        knots = np.concatenate([np.full(k, a), np.repeat(self.breaks - origin, k - 1), np.full(k, b)])
+        unseen = BSplineBasis(knots, k - 1, origin=origin)
         rows = np.concatenate([c.rows(unseen).toarray() for c in self.conditions])
         rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=1, keepdims=True), 1e-300))
         if rank < unseen.n:
@@ -358,7 +368,7 @@ class CurveDesign:
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> Spline:
         """The curve of the program's unknowns."""
-        return Spline(self.basis, unknowns[UNKNOWN].reshape(-1, *self.shape).copy())
+        return Spline(self.basis, (unknowns[UNKNOWN] + self.shift).reshape(-1, *self.shape))
 
     def unknowns(self, motion: Curve) -> dict[str, np.ndarray]:
         """The unknowns that represent a curve, exactly where the space holds it."""
@@ -371,7 +381,9 @@ class CurveDesign:
                 f"{self.basis.domain} and {self.shape} are needed"
             )
         spline = spline.elevated(max(0, self.basis.degree - spline.degree))
-        return {UNKNOWN: represent(self.basis, spline, self.basis.greville).control_points.reshape(self.basis.n, -1)}
+        basis, spline = self.basis.relative, spline.about(self.basis.origin).relative
+        controls = represent(basis, spline, basis.greville).control_points.reshape(basis.n, -1)
+        return {UNKNOWN: controls - self.shift}
 
     def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
         """By term, how well its nodes integrate at x (unknowns,)."""

@@ -4,15 +4,16 @@ import numpy as np
 
 from symmotion import checks
 from symmotion.errors import InputError
-from symmotion.splines import BSplineBasis, unified
+from symmotion.splines import BSplineBasis, from_origin, unified
 
 
 def fit_basis(times: np.ndarray, used: np.ndarray, degree: int, controls: int | None, knots) -> BSplineBasis:
     """The clamped basis over `times` (M,) for a number of controls, or with given inner knots; used: sample numbers."""
     if (controls is None) == (knots is None):
         raise InputError("either controls, their number, or knots, the inner knots, is needed")
+    origin, times = from_origin(times)
     if controls is None:
-        inner = checks.array(knots, ("K",), "knots")
+        inner = checks.array(knots, ("K",), "knots") - origin
     else:
         controls = checks.whole(controls, degree + 1, "controls", f" for degree {degree}")
         if len(used) < controls:
@@ -22,12 +23,12 @@ def fit_basis(times: np.ndarray, used: np.ndarray, degree: int, controls: int | 
         inner = np.interp(share, np.arange(len(used)), times[used])[1:-1]
     ends = [np.full(degree + 1, t) for t in times[[0, -1]]]
     # A knot that misses a sample by its rounding would leave it inside a support where it weighs nothing.
-    inner = unified(inner, times)
-    return BSplineBasis(np.concatenate([ends[0], inner, ends[1]]), degree)
+    inner = unified(inner, times, origin)
+    return BSplineBasis(np.concatenate([ends[0], inner, ends[1]]), degree, origin=origin)
 
 
 def _supports(basis: BSplineBasis) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) each: where the support of every control begins and ends, the domain's own ends counted inside."""
+    """(n,) each: where the support of every control begins and ends, from the origin on; the domain's ends inside."""
     low, high = basis.knots[: basis.n].copy(), basis.knots[-basis.n :].copy()
     low[0], high[-1] = np.nextafter(low[0], -np.inf), np.nextafter(high[-1], np.inf)
     return low, high
@@ -35,14 +36,15 @@ def _supports(basis: BSplineBasis) -> tuple[np.ndarray, np.ndarray]:
 
 def require_determined(basis: BSplineBasis, times: np.ndarray, used: np.ndarray) -> None:
     """Raise InputError unless every control gets a sample of its own inside its support, in order."""
-    taken = -1
+    taken, times = -1, times - basis.origin
     for j, (low, high) in enumerate(zip(*_supports(basis), strict=True)):
         inside = np.flatnonzero((times[used] > low) & (times[used] < high))
         free = inside[inside > taken]
         if not free.size:
             there = f"samples {used[inside[0]]} to {used[inside[-1]]}" if inside.size else "no samples"
+            first, last = basis.origin + low, basis.origin + high
             raise InputError(
-                f"control {j} acts between the times {low:g} and {high:g}, where there are {there}: "
+                f"control {j} acts between the times {first:g} and {last:g}, where there are {there}: "
                 "too few for the controls there; move the knots or ask for fewer controls"
             )
         taken = free[0]
@@ -53,7 +55,7 @@ def require_free(basis: BSplineBasis, times: np.ndarray, exact: np.ndarray) -> N
     low, high = _supports(basis)
     taken = -1
     for i in exact:
-        free = np.flatnonzero((low < times[i]) & (times[i] < high))
+        free = np.flatnonzero((low < times[i] - basis.origin) & (times[i] - basis.origin < high))
         free = free[free > taken]
         if not free.size:
             raise InputError(

@@ -34,7 +34,7 @@ from symmotion.motions.crowding import opposite_note, require_apart
 from symmotion.program import Block, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline
+from symmotion.splines import BSplineBasis, Spline, amid
 
 SAMPLES = "samples"
 EXACT = "exact samples"
@@ -139,7 +139,12 @@ class FitDesign:
     @cached_property
     def space(self) -> LinearSpace:
         d = self.samples.dimension
-        return affine_space(self.basis, d, d * d + d)
+        return affine_space(self.basis, d, d * d + d, self.shift)
+
+    @cached_property
+    def shift(self) -> np.ndarray:
+        """(d² + d,) what the program subtracts from every control: a point amid samples that are far from zero."""
+        return np.concatenate([np.zeros(self.samples.dimension**2), amid(self.samples.translation)])
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -154,18 +159,18 @@ class FitDesign:
 
     def program(self) -> "Program[FitDesign]":
         """The program of this question."""
-        start = {UNKNOWN: self.start.control_points}
+        start = {UNKNOWN: self.start.control_points - self.shift}
         terms = [self._data_term()] if len(self.followed) else []
         if self.objective:
-            terms += terms_of(self.objective, self.space, self.start.control_points, self.nodes)
+            terms += terms_of(self.objective, self.space, start[UNKNOWN], self.nodes)
         lengths, given = {UNKNOWN: slice(self.samples.dimension**2, None)}, built(self.constraints, self.setting, [])
-        program = Program(start, tuple(terms), tuple(given), self, lengths=lengths)
+        program = Program(start, tuple(terms), tuple(given), self, lengths=lengths, shifts={UNKNOWN: self.shift})
         if any(not isinstance(c, ExactSamples) for c in self.constraints):
             require_independent(program)
         return program
 
     def _data_term(self) -> Block:
-        d, jet = self.samples.dimension, self.space.jet()
+        d, jet = self.samples.dimension, self.space.symbols()
         assert isinstance(jet, Jet)
         targets, delta = ca.SX.sym("target", d * d + d), ca.SX.sym("delta")
         change = ca.vertcat(ca.vec(jet.A.T), jet.v) - targets
@@ -187,7 +192,7 @@ class FitDesign:
 
     @property
     def _data(self) -> np.ndarray:
-        targets = self.samples.coordinates[self.followed]
+        targets = self.samples.coordinates[self.followed] - self.shift
         return np.column_stack([targets, np.full(len(targets), self.huber or 0.0)])
 
     def distances(self, motion: AffineMotion) -> np.ndarray:
@@ -205,7 +210,7 @@ class FitDesign:
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> AffineMotion:
         """The motion of the program's unknowns."""
-        return AffineMotion.from_spline(Spline(self.basis, unknowns[UNKNOWN]), self.samples.dimension)
+        return AffineMotion.from_spline(Spline(self.basis, unknowns[UNKNOWN] + self.shift), self.samples.dimension)
 
     def unknowns(self, motion: AffineMotion) -> dict[str, np.ndarray]:
         """The unknowns closest to a motion at the samples, exactly where the space holds it."""
@@ -213,7 +218,7 @@ class FitDesign:
         times = self.samples.times
         seen = Keyframes(times, *motion(times))
         used = np.union1d(self.followed, self.exact)
-        return {UNKNOWN: _least_squares(self.basis, seen, used, np.ones(len(times))).control_points}
+        return {UNKNOWN: _least_squares(self.basis, seen, used, np.ones(len(times))).control_points - self.shift}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint; the exact samples' as `.linear` (K, d, d) and `.translation` (K, d).
@@ -248,7 +253,7 @@ class FitDesign:
             data = np.column_stack([times[self.followed], design._data])
             terms = (terms[0].with_data(data), *terms[1:])
         changes = {"start": {UNKNOWN: start.control_points}, "terms": terms, "design": design}
-        if any(not isinstance(c, ExactSamples) for c in self.constraints):
+        if self.shift.any() or design.shift.any() or any(not isinstance(c, ExactSamples) for c in self.constraints):
             return replace(design.program(), build_seconds=perf_counter() - began)
         for c in program.constraints:
             # These hold the samples alone, and are met by others as well.
@@ -262,7 +267,8 @@ def _least_squares(basis: BSplineBasis, samples: Keyframes, used: np.ndarray, we
     from scipy.interpolate import make_lsq_spline  # here: see Spline._scipy
 
     roots = np.sqrt(np.where(weights > 0, weights, 1.0)[used])
-    found = make_lsq_spline(samples.times[used], samples.coordinates[used], basis.knots, basis.degree, w=roots)
+    since = samples.times[used] - basis.origin
+    found = make_lsq_spline(since, samples.coordinates[used], basis.knots, basis.degree, w=roots)
     return Spline(basis, found.c)
 
 

@@ -39,7 +39,7 @@ from symmotion.motions.crowding import require_apart
 from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, Spline, cubic_interpolant, same_times
+from symmotion.splines import BSplineBasis, Spline, amid, cubic_interpolant, from_origin, same_times
 from symmotion.splines.instants import rounding
 
 LEAST_SHARE = 0.02
@@ -129,8 +129,19 @@ class FreeTimesDesign:
 
     @cached_property
     def space(self) -> MovingSpace:
-        ends = refined_times(self.keyframes.times, self.refine)
-        return MovingSpace(self.degree, self.channels, self.keyframes.dimension, ends, self.unit)
+        origin, since = from_origin(self.keyframes.times)
+        ends = refined_times(since, self.refine)
+        return MovingSpace(self.degree, self.channels, self.keyframes.dimension, ends, self.unit, origin, self.shift)
+
+    @cached_property
+    def shift(self) -> np.ndarray | None:
+        """(channels,) what the program subtracts from every control: a point amid keyframes far from zero, or None."""
+        whole = np.concatenate([np.zeros(self.keyframes.dimension**2), amid(self.keyframes.translation)])
+        return whole[: self.channels] if whole[: self.channels].any() else None
+
+    @property
+    def _shift(self) -> np.ndarray:
+        return np.zeros(self.channels) if self.shift is None else self.shift
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -158,7 +169,7 @@ class FreeTimesDesign:
     def program(self) -> "Program[FreeTimesDesign]":
         """The program of this question."""
         require_volume(self.objective, self.keyframes)
-        motion = self._interpolant(self.keyframes)
+        motion = self._interpolant(from_origin(self.keyframes.times)[1])
         d = self.keyframes.dimension
         still = affine_space(motion.basis, d, d * d + d)
         terms = []
@@ -173,7 +184,8 @@ class FreeTimesDesign:
             terms.append(self.space.integral(name, expression, squares, nodes, weight))
         given = [*self._interpolation(), *self._steps()]
         lengths = {UNKNOWN: slice(self.keyframes.dimension**2, self.channels)}
-        return assembled(self.unknowns(motion), terms, given, self.constraints, self.setting, self, lengths)
+        shifts = {UNKNOWN: np.append(self._shift, 0.0)}
+        return assembled(self.unknowns(motion), terms, given, self.constraints, self.setting, self, lengths, shifts)
 
     @cached_property
     def _given(self) -> Groups:
@@ -188,11 +200,17 @@ class FreeTimesDesign:
             out = local_derivative(z, p, 0, share)[part] - target
             kernel = Kernel(ca.vec(z.T), ca.vertcat(share, target), out, c + 1)
             span = np.minimum(which * (self.refine + 1), self.spans - 1)
-            data = np.column_stack([which == m - 1, self.keyframes.coordinates[which, part]]).astype(float)
+            data = np.column_stack([which == m - 1, self._targets[which, part]]).astype(float)
             operator, every = self.space.selection(span), slice(0, c + 1)
             block = Block(name, kernel, UNKNOWN, every, operator, 1, np.ones(len(which)), data)
             found.append(Constraint.equality(block))
         return found
+
+    @property
+    def _targets(self) -> np.ndarray:
+        targets = self.keyframes.coordinates.copy()
+        targets[:, : self.channels] -= self._shift
+        return targets
 
     def _steps(self) -> list[Constraint]:
         """The linear conditions on the widths: equal in a segment, none beyond the end, the total, the order."""
@@ -221,6 +239,10 @@ class FreeTimesDesign:
 
     def times(self, x: np.ndarray) -> np.ndarray:
         """(M,) the keyframe times at unknowns x."""
+        return self.space.origin + self._since(x)
+
+    def _since(self, x: np.ndarray) -> np.ndarray:
+        """(M,) the keyframe times at unknowns x, from the origin on."""
         return self._knots(np.reshape(x, (self.n, -1))[: self.spans, -1])[:: self.refine + 1]
 
     def keyframes_at(self, x: np.ndarray) -> Keyframes:
@@ -228,22 +250,27 @@ class FreeTimesDesign:
         return Keyframes(self.times(x), self.keyframes.linear, self.keyframes.translation)
 
     def _knots(self, widths: np.ndarray) -> np.ndarray:
-        """(spans + 1,) the different knots; the ends exactly those given."""
-        a, b = self.keyframes.times[[0, -1]]
+        """(spans + 1,) the different knots, from the origin on; the ends exactly those given."""
+        a, b = from_origin(self.keyframes.times)[1][[0, -1]]
         return np.concatenate([[a], a + self.unit * np.cumsum(widths)[:-1], [b]])
 
-    def _interpolant(self, keyframes: Keyframes) -> AffineMotion:
-        """The natural cubic through keyframes, in the space that belongs to their times."""
-        basis = BSplineBasis.clamped(refined_times(keyframes.times, self.refine), self.degree)
-        spline = cubic_interpolant(keyframes.times, keyframes.coordinates)
-        return AffineMotion.from_spline(represent(basis, spline, keyframes.times), keyframes.dimension)
+    def _basis(self, breaks: np.ndarray) -> BSplineBasis:
+        """The basis over breakpoints that count from the origin on."""
+        return replace(BSplineBasis.clamped(breaks, self.degree), origin=self.space.origin)
+
+    def _interpolant(self, since: np.ndarray) -> AffineMotion:
+        """The natural cubic through the keyframes at times from the origin on, in the space that belongs to them."""
+        basis = self._basis(refined_times(since, self.refine))
+        spline = cubic_interpolant(since, self.keyframes.coordinates)
+        controls = represent(basis.relative, spline, since).control_points
+        return AffineMotion.from_spline(Spline(basis, controls), self.keyframes.dimension)
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> AffineMotion:
         """The motion of the program's unknowns, over its knots; a translation not seen is the natural spline."""
         values = unknowns[UNKNOWN]
-        controls = self._interpolant(self.keyframes_at(values)).spline.control_points.copy()
-        controls[:, : self.channels] = values[:, :-1]
-        basis = BSplineBasis.clamped(self._knots(values[: self.spans, -1]), self.degree)
+        controls = self._interpolant(self._since(values)).spline.control_points.copy()
+        controls[:, : self.channels] = values[:, :-1] + self._shift
+        basis = self._basis(self._knots(values[: self.spans, -1]))
         return AffineMotion.from_spline(Spline(basis, controls), self.keyframes.dimension)
 
     def unknowns(self, motion: AffineMotion) -> dict[str, np.ndarray]:
@@ -251,11 +278,11 @@ class FreeTimesDesign:
         require_start(motion, AffineMotion, self.keyframes.dimension)
         ends = same_times(motion.domain, self.keyframes.times[[0, -1]])
         if not (ends and motion.degree == self.degree and len(motion.basis.breakpoints) == self.spans + 1):
-            basis = BSplineBasis.clamped(refined_times(self.keyframes.times, self.refine), self.degree)
+            basis = self._basis(self.space.ends)
             spline = represent(basis, motion.spline, self.keyframes.times)
             motion = AffineMotion.from_spline(spline, motion.dimension)
-        widths = np.append(np.diff(motion.basis.breakpoints) / self.unit, np.zeros(self.degree))
-        return {UNKNOWN: np.column_stack([motion.spline.control_points[:, : self.channels], widths])}
+        widths = np.append(np.diff(motion.basis.relative.breakpoints) / self.unit, np.zeros(self.degree))
+        return {UNKNOWN: np.column_stack([motion.spline.control_points[:, : self.channels] - self._shift, widths])}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint: the keyframes' in their shape, those of times per unit of time."""

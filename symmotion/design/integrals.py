@@ -27,13 +27,14 @@ EPS = float(np.finfo(float).eps)
 class Integrand:
     """The integrand of an energy along a motion. density: φ at times (N,); marks: between which it is smooth.
 
-    degree: of the motion, 0 of one that is no spline.
+    degree: of the motion, 0 of one that is no spline. origin: the time from which times and marks count.
     """
 
     energy: Energy
     density: Density
     marks: np.ndarray
     degree: int = 0
+    origin: float = 0.0
 
     def integral(self) -> Integral:
         """∫ φ dt to ten digits, where it has them, span by span."""
@@ -62,10 +63,12 @@ def integrand(motion: Any, energy: Energy, marks: np.ndarray | None = None) -> I
     """The integrand of an energy, or of a sum of energies, along a motion; marks: of a motion that is not known."""
     if isinstance(motion, QuaternionMotion | PoseMotion):
         curve = motion.orientation if isinstance(motion, PoseMotion) else motion
-        return Integrand(energy, _rigid(motion, energy), curve.basis.breakpoints, curve.degree)
+        return Integrand(energy, _rigid(motion, energy), curve.relative.breakpoints, curve.degree, curve.basis.origin)
     if isinstance(motion, AffineMotion | Spline):
         space, controls = space_of(motion)
-        return Integrand(energy, linear_density(energy, space, controls), space.breakpoints, space.basis.degree)
+        basis = space.basis
+        density = linear_density(energy, space, controls)
+        return Integrand(energy, density, basis.relative.breakpoints, basis.degree, basis.origin)
     assert marks is not None
     return Integrand(energy, _sampled(motion, energy), marks)
 
@@ -88,32 +91,35 @@ def exact_integral(energy: Energy, space: LinearSpace, controls: np.ndarray) -> 
 
 
 def linear_density(energy: Energy, space: LinearSpace, controls: np.ndarray) -> Density:
-    """The integrand along a spline of controls (n, width)."""
-    kernels = [(weight, kernel_of(part, 1.0, space)) for weight, part in energy.parts]
+    """The integrand along a spline of controls (n, width), at times from the origin of its basis on."""
+    kernels, origin = [(weight, kernel_of(part, 1.0, space)) for weight, part in energy.parts], space.basis.origin
 
     def density(times: np.ndarray) -> np.ndarray:
         total = np.zeros(len(times))
         for weight, kernel in kernels:
             rows = (kernel.rows(space, times) @ controls[:, : kernel.channels]).reshape(len(times), -1)
             ones = None if kernel.kernel.squares else np.ones((len(times), kernel.kernel.out.numel()))
-            total += weight * _at(kernel.kernel.function("value"), rows, times[:, None], ones)
+            total += weight * _at(kernel.kernel.function("value"), rows, (origin + times)[:, None], ones)
         return total
 
     return density
 
 
 def _rigid(motion: QuaternionMotion | PoseMotion, energy: Energy) -> Density:
+    """The integrand along a quaternion curve or a pose, at times from the origin of the curve on."""
     pose = isinstance(motion, PoseMotion)
     curve = motion.orientation if isinstance(motion, PoseMotion) else motion
     symbols = ca.SX.sym("jet", 23 if pose else 11)
     function = ca.Function("integrand", [symbols], [ca.densify(density_of(energy, rigid_jet(symbols, pose)))])
+    origin, curve = curve.basis.origin, curve.relative
+    path = motion.translation.about(origin).relative if isinstance(motion, PoseMotion) else None
 
     def density(times: np.ndarray) -> np.ndarray:
         jet = curve.jet(times, 2)
         columns = [jet.quaternion, jet.rate, jet.acceleration]
-        if isinstance(motion, PoseMotion):
-            columns += [motion.translation(times, order) for order in range(HIGHEST_ORDER + 1)]
-        return _at(function, np.column_stack([*columns, times]))
+        if path is not None:
+            columns += [path(times, order) for order in range(HIGHEST_ORDER + 1)]
+        return _at(function, np.column_stack([*columns, origin + times]))
 
     return density
 

@@ -84,7 +84,8 @@ class JoinedDesign:
             spaces, np.empty(0), moves=all(s.moves for s in settings), places=places, bodies=tuple(self.programs)
         )
         lengths = {_of(body, k): v for body, p in self.programs.items() for k, v in p.lengths.items()}
-        return assembled(start, terms, given, self.constraints, common, self, lengths)
+        shifts = {_of(body, k): v for body, p in self.programs.items() for k, v in p.shifts.items()}
+        return assembled(start, terms, given, self.constraints, common, self, lengths, shifts)
 
     # Any: the bodies' kinds differ.
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> dict[str, Any]:

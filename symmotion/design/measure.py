@@ -97,11 +97,12 @@ def amiss(where: Integrand, found: Integral) -> InputError | SolveError:
     """What is wrong with an integral that has not the digits asked for."""
     energy, (a, b) = where.energy, found.worst
     k = int(np.clip(np.searchsorted(where.marks, a, side="right") - 1, 0, len(where.marks) - 2))
-    span = f"between times {where.marks[k]:.9g} and {where.marks[k + 1]:.9g}"
+    marks, middle = where.origin + where.marks, where.origin + 0.5 * (a + b)
+    span = f"between times {marks[k]:.9g} and {marks[k + 1]:.9g}"
     if not found.digits:
         reason = "A is singular" if energy.divides_by_volume else "the integrand is infinite, no number or too rough"
-        return InputError(f"{energy.name} has no value {span}: at time {0.5 * (a + b):.9g} {reason}")
+        return InputError(f"{energy.name} has no value {span}: at time {middle:.9g} {reason}")
     return SolveError(
         f"{energy.name} is {found.value:.10g} to {found.digits} digits only (error {found.error:.2g}): the integrand "
-        f"is too rough {span}, about {0.5 * (a + b):.9g}"
+        f"is too rough {span}, about {middle:.9g}"
     )

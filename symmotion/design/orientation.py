@@ -31,7 +31,7 @@ from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
 from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import BSplineBasis, same_times
+from symmotion.splines import BSplineBasis, from_origin
 from symmotion.splines.instants import distinct
 
 if TYPE_CHECKING:
@@ -202,7 +202,8 @@ class OrientationDesign:
         """The unknowns closest to a curve: its own controls where the space is the same."""
         require_start(motion, QuaternionMotion, 3)
         basis = self.space.basis
-        if motion.degree == basis.degree and same_times(motion.basis.knots, basis.knots):
+        motion = motion.about(basis.origin)
+        if motion.degree == basis.degree and motion.basis.same_knots(basis):
             return {UNKNOWN: motion.control_points.copy()}
         return {UNKNOWN: carried(motion, basis)[0].control_points.copy()}
 
@@ -256,13 +257,14 @@ class OrientationDesign:
 def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike | None, ends: str) -> BSplineBasis:
     """The basis of a quaternion curve over keyframe times (M,): knots there and `refine` more in every interval."""
     degree, refine = checks.whole(degree, 2, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
-    breaks = refined_times(times, refine)
+    origin, since = from_origin(times)
+    breaks = refined_times(since, refine)
     if knots is not None:
         inner = distinct(checks.times(knots, "knots"), times)
         if inner[0] <= times[0] or inner[-1] >= times[-1]:
             raise InputError(f"knots: all lie inside the domain ({times[0]:g}, {times[-1]:g})")
-        breaks = np.concatenate([times[:1], inner, times[-1:]])
-    return (BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped)(breaks, degree)
+        breaks = np.concatenate([since[:1], inner - origin, since[-1:]])
+    return replace((BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped)(breaks, degree), origin=origin)
 
 
 def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy, nodes: int) -> Block:

@@ -27,7 +27,7 @@ from symmotion.motions.quaternions.algebra import Signs
 from symmotion.program import Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
-from symmotion.splines import Spline, closest, cubic_interpolant, same_times
+from symmotion.splines import Spline, amid, closest, cubic_interpolant
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
@@ -81,8 +81,13 @@ def pose_program(
     if not ca.depends_on(whole, ca.vertcat(*symbols.translation)):
         raise InputError(f"the objective {energy.name} does not see the translation: add a TrajectoryEnergy")
     start = _refined(_path(given, points, ends), turning, given)
-    program = PoseDesign(turning, points, start).program()
+    program = PoseDesign(_about(turning, points), points, start).program()
     return replace(program, build_seconds=perf_counter() - began)
+
+
+def _about(turning: OrientationDesign, points: np.ndarray) -> OrientationDesign:
+    """The question with control points that are unknown from a point amid these (M, 3) on."""
+    return replace(turning, space=replace(turning.space, shift=amid(points), _slots={}))
 
 
 def _path(keys: OrientationKeys, points: np.ndarray, ends: str) -> Spline:
@@ -94,6 +99,7 @@ def _refined(spline: Spline, turning: OrientationDesign, keys: OrientationKeys) 
     basis = turning.space.basis
     if not basis.periodic:
         return closest(basis, spline, keys.times).control_points
+    basis, spline = basis.relative, spline.about(basis.origin).relative
     # A periodic basis with the old knots among its own holds the spline: as many values as controls fix it.
     where = basis.greville
     a, b = spline.domain
@@ -120,13 +126,18 @@ class PoseDesign:
 
     def program(self) -> "Program[PoseDesign]":
         """The program of this question."""
-        controls = np.concatenate([self.turning.start.control_points, self.start], axis=1)
+        controls = np.concatenate([self.turning.start.control_points, self.start - self.shift], axis=1)
         turning = self.turning
         given = [*turning.given(), *self._places()]
         start, lengths = {UNKNOWN: controls}, {UNKNOWN: slice(4, None)}
-        return assembled(
-            start, turning.terms(self.motion(start)), given, turning.constraints, self.setting, self, lengths
-        )
+        shifts = {UNKNOWN: np.concatenate([np.zeros(4), self.shift])}
+        terms = turning.terms(self.motion(start))
+        return assembled(start, terms, given, turning.constraints, self.setting, self, lengths, shifts)
+
+    @property
+    def shift(self) -> np.ndarray:
+        """(3,) what the program subtracts from every control point: a point amid keyframes that are far from zero."""
+        return self.turning.space.shift
 
     @cached_property
     def placed(self) -> np.ndarray:
@@ -138,24 +149,27 @@ class PoseDesign:
         if not which.size:
             return []
         wanted = ca.SX.sym("place", 3)
-        out, times = space.jet().v - wanted, self.turning.keys.times[which, None]
-        block = block_of("translation", out, [space], times, data=wanted, numbers=self.translation[which])
+        # Of the places and of the unknowns the same is subtracted.
+        near = space.unshifted
+        out, times = near.jet().v - wanted, self.turning.keys.times[which, None]
+        places = self.translation[which] - self.shift
+        block = block_of("translation", out, [near], times, data=wanted, numbers=places)
         return [Constraint.equality(block)]
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> PoseMotion:
         """The motion of the program's unknowns."""
         controls = unknowns[UNKNOWN]
         space = self.turning.space
-        return PoseMotion(motion_of(space, controls[:, :4]), Spline(space.basis, controls[:, 4:].copy()))
+        return PoseMotion(motion_of(space, controls[:, :4]), Spline(space.basis, controls[:, 4:] + self.shift))
 
     def unknowns(self, motion: PoseMotion) -> dict[str, np.ndarray]:
         """The unknowns of a motion over the same knots."""
         require_start(motion, PoseMotion, 3)
         basis = self.turning.space.basis
-        if not same_times(motion.translation.basis.knots, basis.knots):
+        if not motion.translation.basis.same_knots(basis):
             raise InputError("a start for a pose program has the knots of the program")
         turning = self.turning.unknowns(motion.orientation)[UNKNOWN]
-        return {UNKNOWN: np.concatenate([turning, motion.translation.control_points], axis=1)}
+        return {UNKNOWN: np.concatenate([turning, motion.translation.control_points - self.shift], axis=1)}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint: "keyframes" (M, 3) of the turns, "translation" (M, 3) of the places."""
@@ -192,6 +206,7 @@ class PoseDesign:
         turning, same = self.turning.turned(quaternions)
         points = checks.array(translation, self.translation.shape, "translation")
         start = _refined(_path(turning.keys, points, turning.ends), turning, turning.keys)
-        fresh = PoseDesign(turning, points, start).program()
+        fresh = PoseDesign(_about(turning, points), points, start).program()
+        same = same and bool(self.shift.any()) == bool(amid(points).any())
         structure = program.structure if same else fresh.structure
         return replace(fresh, structure=structure, build_seconds=perf_counter() - began)

@@ -78,7 +78,7 @@ def _compared(along: Integrand, integral: Integral, weight: float, spans: np.nda
     else:
         time = 0.5 * sum(integral.worst)
         reason = ", where A is singular" if along.energy.divides_by_volume else ", where the integrand is infinite"
-    return Quadrature(value, error, f"{_place(time, keys)}{reason}")
+    return Quadrature(value, error, f"{_place(along.origin + time, keys)}{reason}")
 
 
 def _place(time: float, keys: np.ndarray) -> str:

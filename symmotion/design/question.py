@@ -114,13 +114,14 @@ def assembled(
     setting: Setting,
     design: DesignT,
     lengths: Mapping[str, slice] | None = None,
+    shifts: Mapping[str, np.ndarray] | None = None,
 ) -> Program[DesignT]:
     """The program of a question: the conditions given, and the constraints beside them, which are independent.
 
-    lengths: as of a `Program`.
+    lengths, shifts: as of a `Program`.
     """
     extra = built(constraints, setting, given)
-    program = Program(start, tuple(terms), (*given, *extra), design, lengths=lengths or {})
+    program = Program(start, tuple(terms), (*given, *extra), design, lengths=lengths or {}, shifts=shifts or {})
     if extra:
         require_independent(program)
     return program

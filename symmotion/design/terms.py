@@ -80,10 +80,12 @@ def kernel_of(energy: Energy, weight: float, space: LinearSpace) -> JetKernel:
     """The kernel of an energy in a linear space; an energy keeps those that were made of it."""
 
     def make() -> JetKernel:
-        out, squares = closed_expression(energy, weight, space.jet())
+        out, squares = closed_expression(energy, weight, space.symbols())
+        if space.shift is not None:
+            out, _ = expression_of(energy, weight, space.jet())
         return JetKernel.of(space, out, f"the integrand of {energy.name}", squares)
 
-    return kept(energy, (space.kind, weight > 0), make)
+    return kept(energy, (space.kind, weight > 0, space.shift is not None), make)
 
 
 def kept(energy: Energy, key: object, make: Callable[[], T]) -> T:

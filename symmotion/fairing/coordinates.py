@@ -190,11 +190,12 @@ class Box:
             a, b = unified([a, b], [low, high])
             if not low <= a <= b <= high:
                 raise InputError(f"region {'uv'[k]} from {a:g} to {b:g}: must increase within {low:g} to {high:g}")
-            a, b = unified([a, b], direction.knots)
-            first, last = np.searchsorted(direction.knots, a), np.searchsorted(direction.knots, b, side="right")
+            a, b = unified(np.array([a, b]) - basis.origin, direction.knots, basis.origin)
+            first = int(np.searchsorted(direction.knots, a))
+            last = int(np.searchsorted(direction.knots, b, side="right"))
             if first == last:
                 raise InputError(f"region {'uv'[k]} from {a:g} to {b:g} holds no interior knot")
-            ranges[k] = int(first), int(last)
+            ranges[k] = first, last
         return Box(*ranges)
 
     def knots(self, jumps: Jumps) -> np.ndarray | None:

@@ -36,7 +36,7 @@ class Direction:
         if basis.degree != 3 or basis.periodic:
             kind = "periodic" if basis.periodic else f"of degree {basis.degree}"
             raise InputError(f"the basis in {name} is {kind}: fairing takes cubic open ones")
-        n, knots = basis.n, basis.knots
+        n, knots, basis = basis.n, basis.knots, basis.relative
         if n < 5:
             raise InputError(f"{n} controls in {name} have no interior knot to fair: at least 5 are needed")
         inner = np.arange(4, n)

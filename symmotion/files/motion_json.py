@@ -25,7 +25,7 @@ def read_motion_json(path: FilePath) -> AffineMotion:
         raise InputError(f"{path}: symmotion is {mark!r:.40}: 'value', as `save` writes it, is needed for a motion")
     if version != MARK["version"]:
         raise InputError(f"{path}: version is {version!r:.40}: {MARK['version']} is needed for a motion")
-    require_entries(path, document, (*MARK, *ENTRIES))
+    require_entries(path, document, (*MARK, *ENTRIES), ("origin",))
     if not isinstance(document["periodic"], bool):
         raise InputError(f"{path}, periodic: true or false is needed")
     degree = document["degree"]
@@ -33,7 +33,8 @@ def read_motion_json(path: FilePath) -> AffineMotion:
         raise InputError(f"{path}, degree: a whole number is needed")
     knots, linear, translation = (read_list(path, document, name) for name in ("knots", "linear", "translation"))
     try:
-        return AffineMotion(BSplineBasis(knots, int(degree), document["periodic"]), linear, translation)
+        basis = BSplineBasis(knots, int(degree), document["periodic"], document.get("origin", 0.0))
+        return AffineMotion(basis, linear, translation)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 

@@ -1,7 +1,7 @@
 """Jets of splines whose controls are the unknowns: linear in them, of affine motions and of curves."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 
 import casadi as ca
@@ -23,7 +23,7 @@ def sided(basis: BSplineBasis, t: np.ndarray, order: int, side: int) -> sparse.c
     if side > 0:
         return basis.matrix(t, order)
     # From the left is from the right in the mirror, where functions and knots come in the opposite order.
-    mirror = BSplineBasis(-basis.knots[::-1], basis.degree)
+    mirror = BSplineBasis(-basis.knots[::-1], basis.degree, origin=-basis.origin)
     return sparse.csr_array((-1) ** order * mirror.matrix(-t, order)[:, ::-1])
 
 
@@ -50,7 +50,8 @@ class LinearSpace:
     """A spline whose coordinates are the unknowns: the jet's entries are linear in the controls.
 
     kind: of its jets; width: coordinates per control that there are; channels: how many are unknowns, the first ones;
-    make: a jet from the symbols of orders 0 … 3 of all coordinates, and of the time.
+    make: a jet from the symbols of orders 0 … 3 of all coordinates, and of the time. shift: (width,) what the unknowns
+    are short of the coordinates, None for nothing: of what is far from zero the distance is no unknown.
     """
 
     kind: str
@@ -61,6 +62,11 @@ class LinearSpace:
     variable: str = UNKNOWN
     # The coordinates that an expression is taken to read: all up to the highest it names, rounded up to one of these.
     groups: tuple[int, ...] = field(default=())
+    shift: np.ndarray | None = None
+
+    @property
+    def unshifted(self) -> "LinearSpace":
+        return replace(self, shift=None)
 
     @property
     def n(self) -> int:
@@ -76,10 +82,25 @@ class LinearSpace:
 
     def jet(self, slot: int = 0) -> AnyJet:
         orders, t, _ = entry_symbols(self.width, slot)
-        return self.make(orders, t)
+        if self.shift is None:
+            return self.make(orders, t)
+        shift = shift_symbols(self.width, slot) * ca.DM((self.shift != 0).astype(float))
+        return self.make([orders[0] + shift, *orders[1:]], t)
 
     def symbols(self, slot: int = 0) -> AnyJet:
-        return self.jet(slot)
+        orders, t, _ = entry_symbols(self.width, slot)
+        return self.make(orders, t)
+
+    def told(self, slot: int, out: ca.SX) -> ca.SX:
+        """What an expression of the jet is told beside the unknowns: the time, and the shift where it reads that."""
+        t, shift = entry_symbols(self.width, slot)[1], shift_symbols(self.width, slot)
+        return ca.vertcat(t, shift) if self.shift is not None and ca.depends_on(out, shift) else t
+
+    def numbers(self, told: ca.SX, times: np.ndarray) -> np.ndarray:
+        """(N, D) the numbers of what is `told` at times (N,)."""
+        if told.numel() == 1 or self.shift is None:
+            return times[:, None]
+        return np.column_stack([times, np.broadcast_to(self.shift, (len(times), self.width))])
 
     def orders(self, out: ca.SX, slot: int = 0) -> tuple[tuple[int, ...], int]:
         """The derivative orders of the jet that an expression reads, and how many coordinates of each."""
@@ -95,12 +116,13 @@ class LinearSpace:
         return self.orders(out, slot)[1]
 
     def read(self, slot: int, out: ca.SX, times: np.ndarray, sides: np.ndarray | None, width: int) -> Reading:
-        symbols, t, _ = entry_symbols(self.width, slot)
+        symbols, _, _ = entry_symbols(self.width, slot)
         found, _ = self.orders(out, slot)
         if not found:
             return Reading(ca.SX(0, 1), sparse.csr_array((0, self.n)), ca.SX(0, 1), np.empty((len(times), 0)))
         z = ca.vertcat(*(symbols[order][:width] for order in found))
-        return Reading(z, _rows(self.basis, times, found, sides), t, times[:, None])
+        told = self.told(slot, out)
+        return Reading(z, _rows(self.basis, times, found, sides), told, self.numbers(told, times))
 
 
 @lru_cache(maxsize=64)
@@ -114,10 +136,19 @@ def entry_symbols(width: int, slot: int) -> tuple[list[ca.SX], ca.SX, dict[str, 
     return orders, ca.SX.sym(f"t_{slot}"), names
 
 
-def affine_space(basis: BSplineBasis, d: int, channels: int) -> LinearSpace:
-    """The space of an affine spline motion in dimension d: controls are rows of A, then v."""
-    make = partial(_affine, d)
-    return LinearSpace(f"affine {d}D", basis, d * d + d, make, channels, groups=(d * d, d * d + d))
+@lru_cache(maxsize=64)
+def shift_symbols(width: int, slot: int) -> ca.SX:
+    """The symbols (width, 1) of a space's shift."""
+    return ca.SX.sym(f"shift_{slot}", width)
+
+
+def affine_space(basis: BSplineBasis, d: int, channels: int, shift: np.ndarray | None = None) -> LinearSpace:
+    """The space of an affine spline motion in dimension d: controls are rows of A, then v.
+
+    shift: (d² + d,) see `LinearSpace`; zeros count as none.
+    """
+    make, shift = partial(_affine, d), shift if shift is not None and shift.any() else None
+    return LinearSpace(f"affine {d}D", basis, d * d + d, make, channels, groups=(d * d, d * d + d), shift=shift)
 
 
 def _affine(d: int, orders: Sequence[ca.SX], t: ca.SX) -> Jet:
@@ -125,10 +156,10 @@ def _affine(d: int, orders: Sequence[ca.SX], t: ca.SX) -> Jet:
     return Jet(linear, tuple(o[d * d :] for o in orders), t)
 
 
-def curve_space(basis: BSplineBasis, shape: tuple[int, ...]) -> LinearSpace:
-    """The space of a spline curve with values of a shape, row by row."""
-    width = int(np.prod(shape))
-    return LinearSpace(f"curve {shape}", basis, width, partial(_curve, shape), width)
+def curve_space(basis: BSplineBasis, shape: tuple[int, ...], shift: np.ndarray | None = None) -> LinearSpace:
+    """The space of a spline curve with values of a shape, row by row; shift: (width,), as of `affine_space`."""
+    width, shift = int(np.prod(shape)), shift if shift is not None and shift.any() else None
+    return LinearSpace(f"curve {shape}", basis, width, partial(_curve, shape), width, shift=shift)
 
 
 def _curve(shape: tuple[int, ...], orders: Sequence[ca.SX], t: ca.SX) -> CurveJet:
@@ -153,32 +184,23 @@ class JetKernel:
         orders, channels = space.orders(out)
         if not orders:
             raise InputError(f"{what} does not depend on the motion")
-        symbols, t, _ = entry_symbols(space.width, 0)
+        symbols, _, _ = entry_symbols(space.width, 0)
         z = ca.vertcat(*(symbols[order][:channels] for order in orders))
-        return JetKernel(Kernel(z, t, out, channels, squares), orders)
+        return JetKernel(Kernel(z, space.told(0, out), out, channels, squares), orders)
 
     @property
     def channels(self) -> int:
         return self.kernel.channels
 
-    def reads(self, order: int, coordinates: slice) -> bool:
-        """Whether it depends on the derivative of this order in one of these coordinates."""
-        if order not in self.orders:
-            return False
-        row = self.orders.index(order) * self.channels
-        local = self.kernel.z[row : row + self.channels][coordinates]
-        return bool(local.numel()) and bool(ca.depends_on(self.kernel.out, local))
-
-    def rows(self, space: LinearSpace, times: np.ndarray) -> sparse.csr_array:
-        """(N · rows, n) what the kernel reads at times (N,) of the controls."""
-        return _rows(space.basis, times, self.orders, None)
+    def rows(self, space: LinearSpace, since: np.ndarray) -> sparse.csr_array:
+        """(N · rows, n) what the kernel reads of the controls at times (N,) from the origin of the basis on."""
+        return _rows(space.basis.relative, since, self.orders, None)
 
     def integral(self, name: str, space: LinearSpace, nodes: int, weight: float) -> Block:
         """The integral over the spans, by `nodes` Gauss nodes each."""
-        points, weights = gauss(space.basis, nodes)
-        times = points.ravel()
-        operator = self.rows(space, times)
+        points, weights = gauss(space.basis.relative, nodes)
+        since = points.ravel()
+        operator = self.rows(space, since)
         channels = slice(0, self.channels)
-        return Block(
-            name, self.kernel, space.variable, channels, operator, nodes, weight * weights.ravel(), times[:, None]
-        )
+        data = space.numbers(self.kernel.data, space.basis.origin + since)
+        return Block(name, self.kernel, space.variable, channels, operator, nodes, weight * weights.ravel(), data)

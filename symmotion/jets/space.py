@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import casadi as ca
 import numpy as np
@@ -69,6 +69,19 @@ class JetSpace(Protocol):
 
         sides: (N,), −1 from the left and 1 from the right at a knot, None for all from the right.
         """
+        ...
+
+
+@runtime_checkable
+class Shifted(Protocol):
+    """A space whose unknowns may be short of the coordinates, the last of which are places, by a shift."""
+
+    @property
+    def shift(self) -> np.ndarray | None: ...
+
+    @property
+    def unshifted(self) -> JetSpace:
+        """The space of what the unknowns are themselves."""
         ...
 
 

@@ -31,6 +31,8 @@ def turned_pieces(
     curve: QuaternionMotion, left: np.ndarray, right: np.ndarray, needed: Sequence[int]
 ) -> dict[int, Poly]:
     """The entries needed of q, Ω, Ω̇ (0 … 9) of the curve's jet on pieces from left to right (S,), each in a span."""
+    origin, curve = curve.basis.origin, curve.relative
+    left, right = np.clip([left - origin, right - origin], *curve.domain)
     order = 0 if max(needed) < 4 else 1 if max(needed) < 7 else 2
     shares = _nodes(DEGREE)
     times = _times(left, right, shares)

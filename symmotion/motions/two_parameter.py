@@ -47,6 +47,7 @@ class TwoParameterMotion:
         for basis, name in ((self.u, "u"), (self.v, "v")):
             if basis.periodic:
                 raise InputError(f"the basis in {name} is periodic: a two-parameter motion takes open ones")
+            object.__setattr__(self, name, basis.about(0.0))  # parameters are no times
         pair = DualQuaternions.of(self.real, self.dual)
         if pair.shape != (self.u.n, self.v.n):
             raise InputError(f"control quaternions of shape {pair.real.shape}: ({self.u.n}, {self.v.n}, 4) is needed")

@@ -169,6 +169,7 @@ class Program(Generic[DesignT]):
     terms: blocks whose sum is the objective; constraints: each with a multiplier per component.
     design: turns x back into a motion. build_seconds: what making the program took.
     lengths: by name, the channels that are lengths in the user's unit; the others are pure numbers.
+    shifts: by name, (channels,) what was subtracted from each control, so that it is not far from zero.
 
     The Lagrangian is L = Σ terms + λᵀg, so that the optimum changes by −λ with the data that
     g subtracts.
@@ -180,6 +181,7 @@ class Program(Generic[DesignT]):
     design: DesignT
     build_seconds: float | None = None
     lengths: Mapping[str, slice] = field(default_factory=dict)
+    shifts: Mapping[str, np.ndarray] = field(default_factory=dict)
     # Derived structure (patterns, null-space bases), shared by programs that differ in data only.
     structure: Structure = field(default_factory=Structure, repr=False)
 
@@ -214,6 +216,12 @@ class Program(Generic[DesignT]):
             extent = float(np.ptp(values, axis=0).max(initial=0.0)) or float(np.abs(values).max(initial=0.0)) or 1.0
             units[name][:, channels] = extent
         return self.pack(units)
+
+    @cached_property
+    def whole_shift(self) -> np.ndarray:
+        """(unknowns,) what was subtracted from each unknown."""
+        none = {name: np.zeros(value.shape) for name, value in self.start.items()}
+        return self.pack({name: value + self.shifts.get(name, 0.0) for name, value in none.items()})
 
     def pack(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Named arrays as one vector x."""

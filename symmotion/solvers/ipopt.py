@@ -20,7 +20,7 @@ from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.solvers.solver import Solver, conclude, start_multipliers, start_vector
-from symmotion.systems import HessianTriangle, largest
+from symmotion.solvers.units import OwnUnits
 
 IpoptOption: TypeAlias = str | float | int
 # What CasADi hands back of a solve. Any: numbers, texts and lists, by name.
@@ -42,8 +42,6 @@ SYMBOLIC = ForkedLock()
 RUNNING = Section("IPOPT")
 # IPOPT's own test against that of the certificate, which does not depend on units: an iteration more.
 FINER = 1e-4
-# What rounding leaves of a gradient, relative to the sizes of what cancels in it: no test asks for less.
-ROUNDING = 1e-15
 ENDINGS = {
     "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
     "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
@@ -93,21 +91,25 @@ class Ipopt:
         x0 = start_vector(program, start)
         known = start_multipliers(program, start)
         evaluator, kept = Evaluator(program, self.kernels, self.threads), Kept()
-        settings = {**ipopt_settings(self, evaluator, x0, journal), **constants(program)}
+        settings = {**ipopt_settings(self, journal), **constants(program)}
         settings = {**settings, **({} if known is None else WARM), **self.options}
         with kept.guard():
-            answer = _solved(evaluator, settings, x0, known, journal, kept)
+            answer = _solved(evaluator, settings, x0, known, journal, kept, FINER * self.tolerance)
         return concluded(self, program, "ipopt", answer, journal, evaluator)
 
 
 @dataclass(frozen=True, eq=False)
 class IpoptAnswer:
-    """Where IPOPT ended, the multipliers there, what CasADi tells of the solve, and seconds in the functions."""
+    """Where IPOPT ended, the multipliers there, what CasADi tells of the solve, and seconds in the functions.
+
+    own: the units of the solve, in which its log is.
+    """
 
     x: np.ndarray
     multipliers: np.ndarray
     stats: Stats
     evaluate: float
+    own: OwnUnits
 
 
 def checked_options(options: Mapping[str, IpoptOption]) -> dict[str, IpoptOption]:
@@ -137,33 +139,18 @@ def _accepted(name: str, value: IpoptOption) -> bool:
         return trial.stats()["return_status"] != "Invalid_Option"
 
 
-def ipopt_settings(solver: Solver, evaluator: Evaluator, x0: np.ndarray, journal: Journal) -> dict[str, IpoptOption]:
-    """IPOPT's options by its own names for a program and a start."""
-    # In small units IPOPT would take the start for a solution: it scales large objectives down, not small ones up.
-    unit = _unit(evaluator, x0, FINER * solver.tolerance)
+def ipopt_settings(solver: Solver, journal: Journal) -> dict[str, IpoptOption]:
+    """IPOPT's options by its own names for a program in own units."""
     settings: dict[str, IpoptOption] = {
-        "obj_scaling_factor": 1.0 / unit,
         "print_level": 0,
         "sb": "yes",
         "tol": FINER * solver.tolerance,
-        "dual_inf_tol": FINER * solver.tolerance * unit,
+        "dual_inf_tol": FINER * solver.tolerance,
         "constr_viol_tol": FINER * solver.tolerance,
         "acceptable_iter": 0,
         "max_iter": solver.max_iterations,
     }
     return settings if journal.left == inf else {**settings, "max_wall_time": max(journal.left, 1e-6)}
-
-
-def _unit(evaluator: Evaluator, x: np.ndarray, tolerance: float) -> float:
-    """What the gradient is like, at most 1: its size at the start, or away from there where the start is stationary.
-
-    A start that is almost stationary has it no smaller than makes rounding the tolerance's part of it.
-    """
-    triangle = HessianTriangle.of(evaluator.program)
-    gradient, hessian = evaluator.second_order(x, triangle.pattern, np.zeros(evaluator.program.conditions))
-    usual = min(1.0, largest(hessian[triangle.diagonal]) * largest(x))
-    unit = max(min(usual, largest(gradient)), usual * ROUNDING / max(tolerance, ROUNDING))
-    return unit if np.isfinite(unit) and unit > 0 else 1.0
 
 
 def constants(program: Program) -> dict[str, IpoptOption]:
@@ -185,11 +172,16 @@ def _solved(
     known: np.ndarray | None,
     journal: Journal,
     kept: Kept,
+    tolerance: float,
 ) -> IpoptAnswer:
-    """IPOPT on the functions of an Evaluator; known: multipliers (conditions,) to start from."""
+    """IPOPT on the functions of an Evaluator, in own units: it scales what is large down, not what is small up.
+
+    known: multipliers (conditions,) to start from; tolerance: of IPOPT's own test.
+    """
     program = evaluator.program
     evaluator.prepare("value", "gradient", "hessian")
-    functions = oracles(evaluator, kept)
+    own = OwnUnits.of(evaluator, x0, tolerance)
+    functions = oracles(evaluator, kept, own)
     watch = Watcher(program.unknowns, program.conditions, journal, kept) if journal.watched else None
     options = {
         **{f"ipopt.{name}": value for name, value in settings.items()},
@@ -201,20 +193,22 @@ def _solved(
     }
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], options)
     evaluator.seconds = 0.0
-    with RUNNING, watching(watch, solver.stats):
-        duals = {} if known is None else {"lam_g0": known, "lam_x0": np.zeros_like(x0)}
-        result = solver(x0=x0, lbg=program.lower, ubg=program.upper, **duals)
-    x, multipliers = np.asarray(result["x"]).ravel(), np.asarray(result["lam_g"]).ravel()
-    return IpoptAnswer(x, multipliers, solver.stats(), evaluator.seconds)
+    duals = {} if known is None else {"lam_g0": known / own.multipliers, "lam_x0": np.zeros_like(x0)}
+    bounds = {"lbg": program.lower / own.conditions, "ubg": program.upper / own.conditions}
+    with RUNNING, watching(watch, solver.stats, own):
+        result = solver(x0=x0 / own.unknowns, **bounds, **duals)
+    x = own.unknowns * np.asarray(result["x"]).ravel()
+    multipliers = own.multipliers * np.asarray(result["lam_g"]).ravel()
+    return IpoptAnswer(x, multipliers, solver.stats(), evaluator.seconds, own)
 
 
 @contextmanager
-def watching(watch: Watcher | None, stats: Callable[[], Stats]) -> Iterator[None]:
+def watching(watch: Watcher | None, stats: Callable[[], Stats], own: OwnUnits) -> Iterator[None]:
     """A solve during which the watcher asks for rows of the log there."""
     if watch is None:
         yield
         return
-    watch.rows = lambda: logged(stats())
+    watch.rows = lambda: logged(stats(), own)
     try:
         yield
     finally:
@@ -245,17 +239,18 @@ def concluded(
         answer.x,
         answer.multipliers,
         method=method,
-        log=logged(answer.stats),
+        log=logged(answer.stats, answer.own),
         seconds=spent,
         failure=failure,
         evaluator=evaluator,
     )
 
 
-def logged(stats: Stats) -> list[Iteration]:
-    """The rows of IPOPT's log."""
+def logged(stats: Stats, own: OwnUnits) -> list[Iteration]:
+    """The rows of IPOPT's log: the objective, and in own units what IPOPT says of gradient and violation."""
     history = stats.get("iterations") or {}
     objective, dual, primal, step = (history.get(key, []) for key in ("obj", "inf_du", "inf_pr", "alpha_pr"))
     # IPOPT lists with each iterate the step that led there; our rows hold the one taken from there.
     steps = [*step[1:], None]
-    return [Iteration(*row[:3], step=row[3]) for row in zip(objective, dual, primal, steps, strict=False)]
+    rows = zip(objective, dual, primal, steps, strict=False)
+    return [Iteration(own.objective * row[0], *row[1:3], step=row[3]) for row in rows]

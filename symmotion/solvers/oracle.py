@@ -14,6 +14,7 @@ from scipy import sparse
 from symmotion.program import Evaluator
 from symmotion.solvers.journal import Journal
 from symmotion.solvers.solution import Iteration
+from symmotion.solvers.units import OwnUnits
 from symmotion.systems import HessianTriangle
 
 # The arrays of a function's inputs to those of its outputs.
@@ -142,27 +143,38 @@ class Watcher(ca.Callback):
         return [ca.DM(self._journal.stopped or self._kept.error is not None)]
 
 
-def oracles(evaluator: Evaluator, kept: Kept) -> dict[str, NumericFunction]:
-    """The functions of an NLP that an Evaluator computes, as the options of `nlpsol` name them, "nlp" beside."""
+def oracles(evaluator: Evaluator, kept: Kept, own: OwnUnits) -> dict[str, NumericFunction]:
+    """The functions of an NLP that an Evaluator computes, in own units, named as the options of `nlpsol` name them.
+
+    "nlp" is beside them.
+    """
     program = evaluator.program
     n, m = program.unknowns, program.conditions
+    unit, size = own.unknowns, own.objective
     jacobian = _by_columns(evaluator, program.x0)
+    share = (1 / own.conditions)[jacobian.indices] * np.repeat(unit, np.diff(jacobian.indptr))
     columns = ca.Sparsity(m, n, jacobian.indptr.tolist(), jacobian.indices.tolist())
     triangle = HessianTriangle.of(program)
+    square = unit[triangle.rows] * unit[triangle.columns] / size
     dense = ca.Sparsity.dense
     point = [("x", n), ("p", 0)]
 
     def values(x: np.ndarray, _: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.array([evaluator.objective(x)]), evaluator.values(x)
+        x = unit * x
+        return np.array([evaluator.objective(x) / size]), evaluator.values(x) / own.conditions
 
     def gradient(x: np.ndarray, _: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.array([evaluator.objective(x)]), evaluator.gradient(x)
+        x = unit * x
+        return np.array([evaluator.objective(x) / size]), unit * evaluator.gradient(x) / size
 
     def slopes(x: np.ndarray, _: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return evaluator.values(x), (jacobian if program.linear else _by_columns(evaluator, x)).data
+        x = unit * x
+        slopes = jacobian if program.linear else _by_columns(evaluator, x)
+        return evaluator.values(x) / own.conditions, share * slopes.data
 
     def curvature(x: np.ndarray, _: np.ndarray, sigma: np.ndarray, lam: np.ndarray) -> tuple[np.ndarray]:
-        return (evaluator.second_order(x, triangle.pattern, lam, factor=float(sigma[0]))[1],)
+        lam = own.multipliers * lam
+        return (square * evaluator.second_order(unit * x, triangle.pattern, lam, factor=float(sigma[0]))[1],)
 
     hessian = [("triu_hess_gamma_x_x", triangle.sparsity(n))]
     return {

@@ -10,6 +10,7 @@ from symmotion.program import Block, DesignT, Evaluator, Program
 from symmotion.solvers.exchanging import exchange
 from symmotion.solvers.ipopt import (
     CASADI,
+    FINER,
     RUNNING,
     SYMBOLIC,
     IpoptAnswer,
@@ -23,6 +24,7 @@ from symmotion.solvers.options import require_limits
 from symmotion.solvers.oracle import Kept, Watcher
 from symmotion.solvers.solution import Solution
 from symmotion.solvers.solver import start_vector
+from symmotion.solvers.units import OwnUnits
 
 
 @dataclass(frozen=True)
@@ -54,9 +56,9 @@ class PlainIpopt:
         journal = Journal(self.max_iterations, self.time_limit, self.callback, spent)
         x0 = start_vector(program, start)
         evaluator, kept = Evaluator(program), Kept()
-        settings = ipopt_settings(self, evaluator, x0, journal)
+        settings, own = ipopt_settings(self, journal), OwnUnits.of(evaluator, x0, FINER * self.tolerance)
         with RUNNING, SYMBOLIC, kept.guard():
-            problem = _Problem(program, kept)
+            problem = _Problem(program, kept, own)
             answer = problem.solve(x0, settings, journal, kept)
             del problem  # while it is alone: it lets go of functions that others use
         return concluded(self, program, "ipopt-plain", answer, journal, evaluator)
@@ -65,25 +67,30 @@ class PlainIpopt:
 class _Problem:
     """The program through `Opti`: one expression, a loop over the nodes, expanded, differentiated as a whole."""
 
-    def __init__(self, program: Program, kept: Kept):
-        self._opti, self._kept = ca.Opti(), kept
+    def __init__(self, program: Program, kept: Kept, own: OwnUnits):
+        self._opti, self._kept, self._own = ca.Opti(), kept, own
         opti = self._opti
-        self._controls = {name: opti.variable(v.shape[1], v.shape[0]) for name, v in program.start.items()}
+        self._variables = {name: opti.variable(v.shape[1], v.shape[0]) for name, v in program.start.items()}
+        units = program.unpack(own.unknowns)
+        self._controls = {
+            name: v if (units[name] == 1).all() else ca.DM(units[name].T) * v for name, v in self._variables.items()
+        }
         self._program = program
         objective = ca.MX(0)
         for block in program.terms:
             value = block.kernel.function("value")
             for node, z in self._nodes(block):
                 objective += block.weights[node] * value(z, block.data[node], 1)
-        opti.minimize(objective)
-        conditions = []
+        opti.minimize(objective / own.objective)
+        conditions, sizes = [], program.split(own.conditions)
         for constraint in program.constraints:
             block = constraint.block
             out = block.kernel.function("out")
             for node, z in self._nodes(block):
-                expression = opti.bounded(constraint.lower[node], out(z, block.data[node], 0), constraint.upper[node])
-                if constraint.is_equality:
-                    expression = out(z, block.data[node], 0) == constraint.lower[node]
+                size = sizes[constraint.name][node]
+                found = out(z, block.data[node], 0) / size
+                low, high = constraint.lower[node] / size, constraint.upper[node] / size
+                expression = found == low if constraint.is_equality else opti.bounded(low, found, high)
                 conditions.append(expression)
         if conditions:  # Opti refuses an empty list
             opti.subject_to(conditions)
@@ -107,10 +114,11 @@ class _Problem:
         watch = Watcher(program.unknowns, program.conditions, journal, kept)
         options = {**CASADI, "expand": True, "iteration_callback": watch}
         opti.solver("ipopt", options, settings)
-        for name, value in program.unpack(x0).items():
-            opti.set_initial(self._controls[name], value.T)
+        own = self._own
+        for name, value in program.unpack(x0 / own.unknowns).items():
+            opti.set_initial(self._variables[name], value.T)
         # Opti's own statistics are for afterwards.
-        with watching(watch, lambda: opti.advanced.casadi_solver.stats()):
+        with watching(watch, lambda: opti.advanced.casadi_solver.stats(), own):
             try:
                 values = opti.solve()
             except RuntimeError:
@@ -118,4 +126,5 @@ class _Problem:
         found = {name: np.asarray(values.value(c)).reshape(c.shape).T for name, c in self._controls.items()}
         stats = opti.stats()
         evaluate = sum(v for key, v in stats.items() if key.startswith("t_wall_nlp_"))
-        return IpoptAnswer(program.pack(found), np.asarray(values.value(opti.lam_g)).ravel(), stats, evaluate)
+        multipliers = own.multipliers * np.asarray(values.value(opti.lam_g)).ravel()
+        return IpoptAnswer(program.pack(found), multipliers, stats, evaluate, own)

@@ -20,7 +20,7 @@ class Curved:
 
     Each step solves [[M, Jᵀ], [J, 0]] (d, λ⁺) = (−∇f, −c), M = H_GN + θ (H − H_GN + Σ λ_i ∇²c_i), a
     blend of Gauss–Newton and exact Lagrangian Hessian that is positive definite along the
-    conditions, with θ = 1 at the end. The line search is on the merit f + μ ‖c‖₁; where the full
+    conditions, with θ = 1 at the end. The line search is on the merit f + μ ‖c‖₁, c in own units; where the full
     step fails for the curvature of the conditions, a second-order correction, −c(x + d) through
     the same factor, is tried before a shorter one.
 
@@ -46,6 +46,8 @@ class Curved:
         self._enough, self._wanted = Enough(tolerance, evaluator), multipliers
         self._objective, self._violation = 0.0, np.empty(0)
         self._penalty, self._escapes = 0.0, 0
+        # What a condition counts in the merit, in own units: (conditions,), as at the start.
+        self._own = reach(saddle.jacobian, evaluator.program.unit)
 
     def look(self, theta: float) -> Point:
         evaluator, x = self.evaluator, self.x
@@ -93,7 +95,8 @@ class Curved:
             return None
         self._escapes += 1
         # Downhill, a tenth of the size of x.
-        size = 0.1 * max(1.0, largest(self.x)) / largest(direction)
+        unit = self.evaluator.program.unit
+        size = 0.1 * max(1.0, largest(self.x / unit)) / largest(direction / unit)
         return (-size if point.gradient @ direction > 0 else size) * direction
 
     def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
@@ -103,7 +106,7 @@ class Curved:
             self._penalty = self._weighed(float(gradient @ step), wanted)
         else:
             step, wanted = outward, self.multipliers
-        missed = self._penalty * np.abs(violation).sum()
+        missed = self._penalty * self._missed(violation)
         merit = self._objective + missed
         self.x, length, value = self._searched(step, merit, float(gradient @ step) - missed, factor)
         self.multipliers = self.multipliers + min(1.0, length) * (wanted - self.multipliers)
@@ -115,12 +118,12 @@ class Curved:
 
     def _weighed(self, slope: float, multipliers: np.ndarray) -> float:
         """μ large enough for d to descend on f + μ ‖c‖₁, and no larger than need be."""
-        missed = float(np.abs(self._violation).sum())
+        missed = self._missed(self._violation)
         if missed == 0.0:
             return self._penalty
         needed = slope / ((1 - ACCOUNTED) * missed)
         # Powell's rule: it follows the multipliers down as well, after a start far away.
-        most = largest(multipliers)
+        most = largest(multipliers * self._own)
         return max(1.1 * needed, most, 0.5 * (self._penalty + most))
 
     def _searched(
@@ -144,5 +147,9 @@ class Curved:
 
     def _merit(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         violation = self.evaluator.violation(x)
-        value = self.evaluator.objective(x) + self._penalty * float(np.abs(violation).sum())
+        value = self.evaluator.objective(x) + self._penalty * self._missed(violation)
         return (value if np.isfinite(value) else np.inf), violation
+
+    def _missed(self, violation: np.ndarray) -> float:
+        """‖c‖₁ in own units."""
+        return float(np.abs(violation / self._own).sum())

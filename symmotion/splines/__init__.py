@@ -1,9 +1,9 @@
 """B-spline bases, splines as values, quadrature and interpolation. NumPy and SciPy only."""
 
-from symmotion.splines.basis import BSplineBasis
+from symmotion.splines.basis import BSplineBasis, from_origin
 from symmotion.splines.cumulative import cumulative
 from symmotion.splines.instants import same_times, unified
-from symmotion.splines.interpolation import check_times, closest, cubic_interpolant, least_squares
+from symmotion.splines.interpolation import amid, check_times, closest, cubic_interpolant, least_squares
 from symmotion.splines.quadrature import Integral, gauss, integrate
 from symmotion.splines.spline import Spline
 
@@ -11,10 +11,12 @@ __all__ = [
     "BSplineBasis",
     "Integral",
     "Spline",
+    "amid",
     "check_times",
     "closest",
     "cubic_interpolant",
     "cumulative",
+    "from_origin",
     "gauss",
     "integrate",
     "least_squares",

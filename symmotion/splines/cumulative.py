@@ -15,7 +15,7 @@ def cumulative(basis: BSplineBasis, t: np.ndarray, order: int = 0) -> tuple[np.n
     through the lower degrees yields all of them.
     """
     p, knots = basis.degree, basis.knots
-    span = basis.spans(t)
+    span, t = basis.spans(t), t - basis.origin
     at = {j: knots[span + j] for j in range(1 - p, p + 1)}
     below = [t - at[j] for j in range(1 - p, 1)][::-1]  # t − t_{k−j}
     above = [at[j] - t for j in range(1, p + 1)]

@@ -31,10 +31,10 @@ def same_times(one: ArrayLike, other: ArrayLike, domain: ArrayLike | None = None
     return bool((np.abs(a - b) <= within).all())
 
 
-def unified(times: ArrayLike, marks: ArrayLike = ()) -> np.ndarray:
+def unified(times: ArrayLike, marks: ArrayLike = (), origin: float = 0.0) -> np.ndarray:
     """The times (…), of each that are the same all made the first that is given, marks (K,) before times.
 
-    Afterwards == says which are the same.
+    Afterwards == says which are the same. origin: from which they all count; what is the same is said of the sums.
 
         unified([0.1 + 0.2, 0.3, 1.0], marks=[0.3])  # 0.3, 0.3, 1.0
     """
@@ -43,7 +43,7 @@ def unified(times: ArrayLike, marks: ArrayLike = ()) -> np.ndarray:
     order = np.argsort(every, kind="stable")
     along = every[order]
     steps = np.diff(along)
-    within = rounding(along[[0, -1]]) if along.size else 0.0
+    within = rounding(origin + along[[0, -1]]) if along.size else 0.0
     if not np.isfinite(within) or not ((steps > 0) & (steps <= within)).any():
         return given
     group = np.concatenate([[0], np.cumsum(steps > within)])
@@ -53,9 +53,9 @@ def unified(times: ArrayLike, marks: ArrayLike = ()) -> np.ndarray:
     return every[first.size :].reshape(given.shape)
 
 
-def distinct(times: ArrayLike, marks: ArrayLike = ()) -> np.ndarray:
+def distinct(times: ArrayLike, marks: ArrayLike = (), origin: float = 0.0) -> np.ndarray:
     """(N,) the times in order, each once, as `unified` has them."""
-    return np.unique(unified(times, marks))
+    return np.unique(unified(times, marks, origin))
 
 
 def inside(times: np.ndarray, domain: tuple[float, float]) -> np.ndarray:

@@ -8,12 +8,23 @@ from scipy.sparse.linalg import splu, spsolve
 
 from symmotion.checks import choice, floats, numbers
 from symmotion.errors import InputError
-from symmotion.splines.basis import BSplineBasis
+from symmotion.splines.basis import BSplineBasis, from_origin
 from symmotion.splines.instants import distinct, require_steps
 from symmotion.splines.quadrature import gauss
 from symmotion.splines.spline import Spline
 
 ENDS = ("natural", "not-a-knot", "clamped", "periodic")
+FAR = 1e3  # distance from zero, in extents of the values, from which it is subtracted
+
+
+def amid(places: np.ndarray) -> np.ndarray:
+    """(…) what to subtract from places (M, …) and from everything there: one of them where they are far from zero.
+
+    The digits that the distance would take are those that small detail needs. Zero where they are not far.
+    """
+    centre = places[0]
+    near = np.abs(centre).max(initial=0.0) <= FAR * np.abs(places - centre).max(initial=0.0)
+    return np.zeros_like(centre) if near else centre
 
 
 def check_times(times, what: str = "keyframe") -> np.ndarray:
@@ -73,9 +84,13 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
     from scipy.interpolate import make_interp_spline  # here: see Spline._scipy
 
     times, values = check_times(times), numbers(values, "values")
+    origin, there = from_origin(times)
     if len(values) != len(times):
         raise InputError(f"{len(times)} times for {len(values)} values")
     choice(ends, ENDS, "end condition")
+    spread = np.abs(values - values[0]).max(axis=0)
+    centre = np.where(np.abs(values[0]) > FAR * spread, values[0], 0.0)
+    values = values - centre
     least = 4 if ends in ("not-a-knot", "periodic") else 2
     if len(times) < least:
         raise InputError(f"{len(times)} keyframes are too few for {ends} ends: at least {least} are needed")
@@ -89,12 +104,12 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
     elif ends == "periodic":
         if not np.allclose(values[0], values[-1], rtol=1e-9, atol=1e-9 * max(1.0, np.abs(values).max())):
             raise InputError("periodic ends need the last keyframe equal to the first")
-        fitted = make_interp_spline(times, np.concatenate([values[:-1], values[:1]]), k=3, bc_type="periodic")
-        return Spline(BSplineBasis.closed(times, 3), fitted.c[: len(times) - 1])
+        fitted = make_interp_spline(there, np.concatenate([values[:-1], values[:1]]), k=3, bc_type="periodic")
+        return Spline(BSplineBasis.closed(times, 3), fitted.c[: len(times) - 1] + centre)
     else:
         conditions = ends
-    fitted = make_interp_spline(times, values, k=3, bc_type=conditions)
-    return Spline(BSplineBasis(fitted.t, 3), fitted.c)
+    fitted = make_interp_spline(there, values, k=3, bc_type=conditions)
+    return Spline(BSplineBasis(fitted.t, 3, origin=origin), fitted.c + centre)
 
 
 def least_squares(basis: BSplineBasis, times, values) -> Spline:
@@ -164,7 +179,10 @@ def closest(basis: BSplineBasis, spline: Spline, times) -> Spline:
     require_schoenberg_whitney(basis, times)
     order = min(2, basis.degree)
     # Products of two m-th derivatives have degree at most 2 max(p) − 2m on the spans of both splines together.
-    merged = BSplineBasis.clamped(distinct([*spline.basis.breakpoints, *basis.breakpoints], basis.breakpoints), 1)
+    spline, times = spline.about(basis.origin).relative, times - basis.origin
+    target, basis = basis, basis.relative
+    marks = distinct([*spline.basis.breakpoints, *basis.breakpoints], basis.breakpoints, target.origin)
+    merged = BSplineBasis.clamped(marks, 1)
     points, weights = gauss(merged, max(basis.degree, spline.degree) - order + 1)
     slopes = basis.matrix(points.ravel(), order)
     weighted = slopes.T.tocsr().multiply(weights.ravel()).tocsr()
@@ -182,4 +200,4 @@ def closest(basis: BSplineBasis, spline: Spline, times) -> Spline:
     factor = splu(system)
     solution = factor.solve(rhs)
     solution += factor.solve(rhs - system @ solution)
-    return Spline(basis, solution[: basis.n].reshape(basis.n, *spline.control_points.shape[1:]))
+    return Spline(target, solution[: basis.n].reshape(basis.n, *spline.control_points.shape[1:]))

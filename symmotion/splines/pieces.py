@@ -93,8 +93,10 @@ def spline_pieces(spline: Spline, left: np.ndarray, right: np.ndarray, orders: i
     Returns for each order 0 … orders − 1 the coefficients (degree + 1, C, S) and bounds (C, S) of their errors. What is
     far from zero does not cost the derivatives their digits: they are those of the differences to a control nearby.
     """
+    span = spline.basis.spans(0.5 * (left + right))
+    # From the origin on, which costs no digits of the knots; ends that miss the domain's by rounding are the domain's.
+    left, right = np.clip([left - spline.basis.origin, right - spline.basis.origin], *spline.relative.domain)
     basis, p = spline.basis, spline.degree
-    span = basis.spans(0.5 * (left + right))
     controls = spline.control_points.T
     first = controls[:, (span - p) % basis.n]
     local = [controls[:, (span - p + j) % basis.n] - first for j in range(p + 1)]

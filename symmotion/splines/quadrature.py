@@ -22,6 +22,7 @@ UNSEEN = 4.0
 def gauss(basis: BSplineBasis, nodes: int) -> tuple[np.ndarray, np.ndarray]:
     """Gauss points and weights, (S, nodes) each, on the S spans of the basis.
 
+    They are times; of `basis.relative` times from its origin on, which far from zero lose no digits.
     Exact for integrands that are polynomials of degree 2 nodes − 1 on every span.
     """
     points, weights = np.polynomial.legendre.leggauss(whole(nodes, 1, "nodes", " of Gauss nodes"))

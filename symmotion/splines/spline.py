@@ -67,6 +67,7 @@ class Spline:
             raise InputError("parameters must be finite")
         if not extrapolate:
             self.basis.spans(t)
+        t = t - self.basis.origin
         if nu > self.degree:
             return np.zeros(t.shape + self.control_points.shape[1:])
         return self._scipy(t, nu)
@@ -80,6 +81,15 @@ class Spline:
             controls = np.concatenate([controls, controls[:p]])
         return BSpline(self.basis.knots, controls, p, extrapolate="periodic" if self.basis.periodic else True)
 
+    @cached_property
+    def relative(self) -> "Spline":
+        """The same spline with its origin at zero: its parameters are times from the origin on."""
+        return Spline(self.basis.relative, self.control_points)
+
+    def about(self, origin: float) -> "Spline":
+        """The same function of time with the knots counted from another origin."""
+        return self if origin == self.basis.origin else Spline(self.basis.about(origin), self.control_points)
+
     def derivative(self, nu: int = 1) -> "Spline":
         """The nu-th derivative as a spline of degree p − nu with controls p (c_{j+1} − c_j) / (t_{j+p+1} − t_{j+1})."""
         nu = whole(nu, 0, "derivative order")
@@ -92,20 +102,20 @@ class Spline:
             # A knot with more copies than the lower degree can have: a function without support goes with one of them.
             kept = widths > 0
             slopes = np.diff(c, axis=0)[kept] * (p / widths[kept]).reshape(-1, *(1,) * (c.ndim - 1))
-            spline = Spline(BSplineBasis(np.delete(knots[1:-1], np.flatnonzero(~kept)), p - 1), slopes)
+            lower = BSplineBasis(np.delete(knots[1:-1], np.flatnonzero(~kept)), p - 1, origin=self.basis.origin)
+            spline = Spline(lower, slopes)
         return spline
 
     def clamped(self) -> "Spline":
         """The same function over its domain on a clamped knot vector."""
         if not self.basis.periodic:
             return self
-        a, b = self.domain
-        p = self.degree
+        a, b = self.relative.domain
+        p, origin = self.degree, self.basis.origin
         inner = self.basis.knots[(self.basis.knots > a) & (self.basis.knots < b)]
-        target = BSplineBasis(np.concatenate([np.full(p + 1, a), inner, np.full(p + 1, b)]), p)
-        opened = Spline(
-            BSplineBasis(self.basis.knots, p), np.concatenate([self.control_points, self.control_points[:p]])
-        )
+        target = BSplineBasis(np.concatenate([np.full(p + 1, a), inner, np.full(p + 1, b)]), p, origin=origin)
+        around = BSplineBasis(self.basis.knots, p, origin=origin)
+        opened = Spline(around, np.concatenate([self.control_points, self.control_points[:p]]))
         return Spline(target, _blossom(opened, _windows(target, p), _piece(target, opened.basis)))
 
     def refined(self, new_knots) -> "Spline":
@@ -142,7 +152,7 @@ def _piece(target: BSplineBasis, source: BSplineBasis) -> np.ndarray:
     steps = np.lib.stride_tricks.sliding_window_view(target.knots, target.degree + 2)[: target.n]
     widest = np.argmax(np.diff(steps, axis=1), axis=1)
     middle = 0.5 * (steps[k, widest] + steps[k, widest + 1])
-    return source.spans(np.clip(middle, left, right))
+    return source.relative.spans(np.clip(middle, left, right))
 
 
 def _blossom(spline: Spline, arguments: np.ndarray, span: np.ndarray) -> np.ndarray:

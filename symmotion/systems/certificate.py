@@ -236,7 +236,8 @@ class _Inspection:
         inertia, decrement = self._along(hessian, residual)
         # Only where a decrement is not far below f may it be rounding that is left.
         rounding = 0.0 if decrement <= EPS * abs(objective) / SLOPPY else evaluator.rounding(x)
-        sums = np.asarray(abs(self.jacobian) @ np.abs(x)) + np.abs(np.where(self.equal, program.lower, 0.0))
+        far = np.abs(x) + np.abs(program.whole_shift)
+        sums = np.asarray(abs(self.jacobian) @ far) + np.abs(np.where(self.equal, program.lower, 0.0))
         unseen = SLOPPY * EPS * sums
         missed = np.where(np.abs(violation) <= unseen, 0.0, np.abs(violation) / self.reach)
         slack = self.press * np.minimum(self.slack, 1.0)

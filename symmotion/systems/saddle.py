@@ -27,6 +27,7 @@ from symmotion.systems.curvature import (
     first_failing_pivot,
     scaling,
 )
+from symmotion.systems.system import largest, reach
 
 # The factorisation does not pivot: a zero in the lower block would stop it. Refinement removes its effect.
 DELTA = 1e-8
@@ -35,8 +36,8 @@ DENSE = 300
 # Weights of the conditions beside a Hessian of order one, in turn.
 WEIGHTS = (1e2, 1e4, 1e6, 1e8)
 
-# The saddle matrix as it is, and the regular one that was factorised.
-SaddleFactor: TypeAlias = tuple[sparse.csc_array, ca.DM]
+# The saddle matrix as it is, the regular one in own units that was factorised, and the units.
+SaddleFactor: TypeAlias = tuple[sparse.csc_array, ca.DM, np.ndarray]
 SuperLU: TypeAlias = Any  # SciPy ships no types
 
 
@@ -111,6 +112,7 @@ class Saddle:
     def __init__(self, program: Program, jacobian: sparse.csr_array):
         self.jacobian = jacobian
         self.n, self.m = program.unknowns, jacobian.shape[0]
+        self.unit, self._reach = program.unit, reach(jacobian, program.unit)
         self._triangle = HessianTriangle.of(program)
         self.pattern = self._triangle.pattern
         # Every entry carries its number, so that sorting the whole matrix tells where each comes from.
@@ -124,6 +126,7 @@ class Saddle:
         keys = np.concatenate(columns) * size + np.concatenate(rows)
         keys, first = np.unique(keys, return_index=True)
         self._source = np.concatenate(number)[first]
+        self._corner = self._source >= entries + border.nnz
         self._border = border.data
         columns, self._rows = np.divmod(keys, size)
         self._pointers = np.searchsorted(columns, np.arange(size + 1))
@@ -134,13 +137,22 @@ class Saddle:
 
     @property
     def _normal(self) -> SuperLU:
-        """The factor of J Jᵀ, which projects onto the conditions; made when first needed, None without conditions."""
+        """The factor of J Jᵀ in own units, which projects onto the conditions; made when first needed.
+
+        None without conditions.
+        """
         if self._factored_normal is None and self.m:
+            own = self._own
             try:
-                self._factored_normal = splu(sparse.csc_array(self.jacobian @ self.jacobian.T))
+                self._factored_normal = splu(sparse.csc_array(own @ own.T))
             except RuntimeError as error:
                 raise InputError("the conditions are redundant or contradict each other") from error
         return self._factored_normal
+
+    @property
+    def _own(self) -> sparse.csr_array:
+        """(conditions, unknowns) the Jacobian in own units, in which unknowns and conditions are of order one."""
+        return sparse.csr_array(self.jacobian.multiply(self.unit).multiply(1 / self._reach[:, None]))
 
     @staticmethod
     def of(program: Program, jacobian: Callable[[], sparse.csr_array]) -> "Saddle":
@@ -154,40 +166,50 @@ class Saddle:
         """The system for a Jacobian of the same pattern at another point; what the pattern decides is shared."""
         other = copy(self)
         other.jacobian, other._border = jacobian, sparse.coo_array(jacobian).data
-        other._factored_normal = None
+        other._factored_normal, other._reach = None, reach(jacobian, self.unit)
         return other
 
     def feasible(self, x: np.ndarray, violation: np.ndarray) -> np.ndarray:
-        """x with the least change that makes linear conditions hold."""
+        """x with the least change, in own units, that makes linear conditions hold."""
         if self._normal is None or not violation.any():
             return x
-        return x - self.jacobian.T @ self._normal.solve(violation)
+        return x - self.unit * (self._own.T @ self._normal.solve(violation / self._reach))
 
     def reduced(self, gradient: np.ndarray) -> np.ndarray:
         """(unknowns,) the part of a gradient along the conditions."""
         return gradient + self.jacobian.T @ self.multipliers(gradient)
 
     def multipliers(self, gradient: np.ndarray) -> np.ndarray:
-        """(conditions,) λ of least ‖∇f + Jᵀλ‖."""
-        return -self._normal.solve(self.jacobian @ gradient) if self._normal is not None else np.empty(0)
+        """(conditions,) λ of least ‖∇f + Jᵀλ‖ in own units."""
+        if self._normal is None:
+            return np.empty(0)
+        return -self._normal.solve(self._own @ (self.unit * gradient)) / self._reach
 
-    def matrix(self, flat: np.ndarray, delta: float = 0.0) -> sparse.csc_array:
+    def matrix(self, flat: np.ndarray) -> sparse.csc_array:
         """The whole symmetric saddle matrix for a Hessian in the order of the pattern."""
-        values = np.concatenate([flat, self._border, np.full(self.m, -delta)])
+        values = np.concatenate([flat, self._border, np.zeros(self.m)])
         size = self.n + self.m
         return sparse.csc_array((values[self._source], self._rows, self._pointers), shape=(size, size))
 
     def factorise(self, flat: np.ndarray) -> SaddleFactor | None:
         """The factorised saddle matrix, or None where the Hessian is not positive definite along the conditions."""
-        # J H⁻¹ Jᵀ, beside which δ must be small, shrinks as H grows.
-        delta = DELTA / (float(np.abs(flat[self.diagonal]).max(initial=0.0)) or 1.0)
-        regular = ca.DM(self.sparsity, self.matrix(flat, delta).data)
+        # In own units, and the Hessian of order one: the factorisation does not pivot, and δ must be small.
+        scale = self._scale(flat)
+        plain = self.matrix(flat)
+        scaled = plain.data * scale[self._rows] * np.repeat(scale, np.diff(self._pointers))
+        scaled[self._corner] = -DELTA
+        regular = ca.DM(self.sparsity, scaled)
         # A pivot that is exactly zero, as on uniform knots, is told on stderr only: the matrix is singular then.
         with overheard() as complaints:
             self._solver.nfact(regular)
         if complaints or self._solver.neig(regular) != self.m:
             return None
-        return self.matrix(flat), regular
+        return plain, regular, scale
+
+    def _scale(self, flat: np.ndarray) -> np.ndarray:
+        """(unknowns + conditions,) the units in which the saddle matrix is of order one, the Hessian's too."""
+        size = largest(flat[self.diagonal] * self.on_diagonal(self.unit) ** 2) or 1.0
+        return np.concatenate([self.unit / np.sqrt(size), np.sqrt(size) / self._reach])
 
     def step(self, factor: SaddleFactor, gradient: np.ndarray) -> np.ndarray:
         """(unknowns,) the Newton step along the conditions."""
@@ -195,7 +217,9 @@ class Saddle:
 
     def pivoted_step(self, flat: np.ndarray, gradient: np.ndarray) -> np.ndarray:
         """(unknowns,) the Newton step along the conditions by a factorisation with pivots, whatever the inertia."""
-        return splu(self.matrix(flat)).solve(np.concatenate([-gradient, np.zeros(self.m)]))[: self.n]
+        scale = self._scale(flat)
+        scaled = sparse.csc_array(self.matrix(flat).multiply(scale).multiply(scale[:, None]))
+        return (scale * splu(scaled).solve(scale * np.concatenate([-gradient, np.zeros(self.m)])))[: self.n]
 
     @property
     def independent(self) -> bool:
@@ -208,9 +232,9 @@ class Saddle:
 
     def solve(self, factor: SaddleFactor, rhs: np.ndarray) -> np.ndarray:
         """(unknowns + conditions,) the solution of the saddle system, refined once."""
-        exact, regular = factor
-        solution = self._apply(regular, rhs)
-        solution += self._apply(regular, rhs - exact @ solution)
+        exact, regular, scale = factor
+        solution = scale * self._apply(regular, scale * rhs)
+        solution += scale * self._apply(regular, scale * (rhs - exact @ solution))
         return solution
 
     def on_diagonal(self, values: np.ndarray) -> np.ndarray:
@@ -240,15 +264,20 @@ class Saddle:
             along = y if normal is None else y - rows.T @ normal.solve(rows @ y)
             if along @ (scaled @ along) < -self.n * EPS * float(along @ along):
                 lowest = lowest_curvature(*self._projected(hessian))
-                return Curvature("indefinite", d * along if lowest is None else lowest)
+                return Curvature("indefinite", d * along if lowest is None else self.unit * lowest)
         return UNKNOWN
 
     def _projected(self, hessian: sparse.csr_array) -> tuple[LinearOperator, float]:
-        """v ↦ P H P v, with P the projector onto the conditions, and the size of H."""
+        """v ↦ P H P v in own units, with P the projector onto the conditions, and the size of H."""
+        own, unit = self._own, self.unit
+
+        def along(v: np.ndarray) -> np.ndarray:
+            return v if self._normal is None else v - own.T @ self._normal.solve(own @ v)
+
         projected = LinearOperator(
-            hessian.shape, matvec=lambda v: self.reduced(hessian @ self.reduced(np.ravel(v))), dtype=float
+            hessian.shape, matvec=lambda v: along(unit * (hessian @ (unit * along(np.ravel(v))))), dtype=float
         )
-        return projected, float(np.abs(hessian.diagonal()).max())
+        return projected, float(np.abs(hessian.diagonal() * unit**2).max())
 
     def _apply(self, regular: ca.DM, rhs: np.ndarray) -> np.ndarray:
         return np.asarray(self._solver.solve(regular, ca.DM(rhs))).ravel()

@@ -142,7 +142,7 @@ def draw_fairness(
 
     fairness: (K, L); limits: of the colours, those of the values when left out.
     """
-    u, v = (b.knots[4 : b.n] for b in motion.bases)
+    u, v = (b.origin + b.knots[4 : b.n] for b in motion.bases)
     positive = fairness[fairness > 0]
     low, high = limits or ((positive.min(), positive.max()) if positive.size else (1e-16, 1.0))
     norm = LogNorm(low, max(high, low * 1.001), clip=True)

@@ -233,3 +233,22 @@ def test_strain_optimum_is_certified_and_its_quadrature_error_reported():
     errors = p.design.quadrature_errors(best.motion, p)
     assert errors["S"] < 1e-8 * best.terms["S"] + 1e-11
     assert errors["R"] < 1e-12
+
+
+@pytest.mark.parametrize("condition", [sm.Tolerance(translation=0.05), sm.constraints.OnLine(2, [1.0, 0.0, 0.0])])
+def test_a_condition_on_keyframes_a_thousand_million_extents_away_says_what_it_says_nearby(condition):
+    keys = sm.examples.random_keyframes(5, 60, seed=3)
+    # Both sets of places are exact: the programs are the same but for the distance.
+    places = np.round(keys.translation / np.abs(keys.translation).max() * 2**8) / 2**8
+    objective = sm.Rigidity(2) + sm.TrajectoryEnergy(np.eye(3))
+    near, far = (
+        sm.ExactNewton().solve(
+            sm.affine_program(
+                sm.Keyframes(keys.times, keys.linear, places + away), objective=objective, constraints=[condition]
+            )
+        )
+        for away in (0.0, 2.0**30)
+    )
+    assert far.status == near.status == "solved"
+    assert far.objective == pytest.approx(near.objective, rel=1e-9)
+    assert np.abs(far.motion.linear - near.motion.linear).max() < 1e-8

@@ -7,7 +7,15 @@ import pytest
 from studied import certified, table
 
 import symmotion as sm
-from studies.affine import invariance, keyframe_prices, knots, planar_keyframes, spatial_keyframes, two_keyframes
+from studies.affine import (
+    invariance,
+    invariance_of_units,
+    keyframe_prices,
+    knots,
+    planar_keyframes,
+    spatial_keyframes,
+    two_keyframes,
+)
 from studies.recorded import recorded_poses
 from studies.solving import solvers
 from symmotion.report import StudyOptions
@@ -101,3 +109,15 @@ def test_knots_compares_automatic_with_uniform():
     assert rows["uneven turns", 156]["automatic knots"] == pytest.approx(0.007433, rel=1e-3)
     assert rows["uneven turns", 156]["ratio"] > 5
     assert certified(result, ("newton",))
+
+
+def test_invariance_of_units_holds_for_every_kind_of_program():
+    result = invariance_of_units.STUDY.run(StudyOptions())
+    rows = table(result, "deviations")
+    assert {r["program"] for r in rows} == set(invariance_of_units.PROBLEMS)
+    assert {r["units"] for r in rows} == {u.name for u in invariance_of_units.UNITS}
+    assert all(r["alike"] == r["problems"] for r in rows)
+    assert all(r["places off by"] <= r["places resolved to"] for r in rows)
+    near = [r for r in rows if r["places resolved to"] == 1e-9]
+    assert max(r["turns and linear parts off by"] for r in near) < 1e-9
+    assert max(r["multipliers off by"] for r in near) < 1e-8

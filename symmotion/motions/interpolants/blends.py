@@ -134,7 +134,8 @@ def log_blend(keyframes: Keyframes, degree: Literal[1, 3] = 1) -> Interpolant:
     if degree not in (1, 3):
         raise InputError(f"degree {degree!r} of the logarithm: 1 or 3 is needed")
     matrices = _matrices(keyframes)
-    logs = np.stack([_logarithm(m, f"keyframe {i}") for i, m in enumerate(matrices)])
+    unit = _unit(matrices)
+    logs = unit * np.stack([_logarithm(m, f"keyframe {i}") for i, m in enumerate(matrices / unit)])
     times = keyframes.times
     generator = cubic_interpolant(times, logs) if degree == 3 else Spline(BSplineBasis.clamped(times, 1), logs)
     name = f"logarithm blending, {'linear' if degree == 1 else 'cubic'}"
@@ -150,18 +151,34 @@ def steady_morph(keyframes: Keyframes) -> Interpolant:
     Raises InputError that names neighbours whose ratio has no real principal logarithm: one of
     them is singular or reflected, or they are turned by 180°. Source: Rossignac and Vinacua 2011.
     """
-    matrices = _matrices(keyframes)
-    for i, one in enumerate(matrices):
+    matrices, linear = _matrices(keyframes), keyframes.linear
+    for i, one in enumerate(linear):
         if np.linalg.cond(one) > 1 / np.finfo(float).eps:
             raise InputError(f"keyframe {i} is singular: a steady morph from or to it does not exist")
-    ratios = np.linalg.solve(matrices[:-1], matrices[1:])
-    logs = [_logarithm(r, f"keyframe {i + 1} against keyframe {i}") for i, r in enumerate(ratios)]
+    # By the differences of the translations, which do not know where the origin is.
+    travel = np.diff(keyframes.translation, axis=0)[..., None]
+    moved = np.linalg.solve(linear[:-1], np.concatenate([linear[1:], travel], axis=2))
+    ratios = _homogeneous(moved[None, ..., :-1], moved[None, ..., -1])[0]
+    unit = _unit(ratios)
+    logs = [unit * _logarithm(r, f"keyframe {i + 1} against keyframe {i}") for i, r in enumerate(ratios / unit)]
     return Interpolant("steady affine morph", keyframes, Steady(keyframes.times, matrices[:-1], np.stack(logs)))
 
 
 def _matrices(keyframes: Keyframes) -> np.ndarray:
     """(M, d + 1, d + 1) the homogeneous matrices."""
     return _homogeneous(keyframes.linear[None], keyframes.translation[None])[0]
+
+
+def _unit(matrices: np.ndarray) -> np.ndarray:
+    """(n, n) what entries of homogeneous matrices are divided by so that translations are of order one.
+
+    H → D⁻¹ H D entry by entry, with D = diag(u, …, u, 1): it passes through logarithm and exponential. A power of two.
+    """
+    size = float(np.abs(matrices[..., :-1, -1]).max(initial=0.0))
+    unit = np.ones(matrices.shape[-2:])
+    unit[:-1, -1] = 2.0 ** np.round(np.log2(size)) if size > 0 else 1.0
+    unit[-1, :-1] = 1 / unit[:-1, -1]
+    return unit
 
 
 def _logarithm(matrix: np.ndarray, whose: str) -> np.ndarray:
@@ -206,7 +223,8 @@ class Steady:
         generator[0] = ((t - self.times[i]) / step)[:, None, None] * self.logs[i]
         if order:
             generator[1] = self.logs[i] / step[:, None, None]
-        return self.matrices[i] @ _exponential(generator)
+        unit = _unit(self.logs)
+        return self.matrices[i] @ (unit * _exponential(generator / unit))
 
 
 @value
@@ -216,7 +234,8 @@ class Exponential:
     generator: Spline
 
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
-        return _exponential(_of_spline(self.generator, t, order))
+        unit = _unit(self.generator.control_points)
+        return unit * _exponential(_of_spline(self.generator, t, order) / unit)
 
 
 @value
@@ -244,13 +263,20 @@ class SpatialTurns:
     def _scipy(self) -> "RotationSpline":
         from scipy.spatial.transform import Rotation, RotationSpline  # here: see as_rotations
 
-        # Copies: older SciPy takes no read-only arrays.
-        return RotationSpline(self.times.copy(), Rotation.from_matrix(self.rotations.copy()))
+        # In steps of order one: SciPy ends its iterations by a change of rates, whatever their unit.
+        steps = (self.times - self.times[0]) / self._step
+        return RotationSpline(steps, Rotation.from_matrix(self.rotations.copy()))
+
+    @property
+    def _step(self) -> float:
+        """The mean time between the rotations."""
+        return float(self.times[-1] - self.times[0]) / (len(self.times) - 1)
 
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         # Ṁ = M ω̂ and M̈ = M (ω̂² + α̂) with SciPy's rates, which are those in the body's frame.
-        spline = self._scipy
-        turn, rate, acceleration = spline(t).as_matrix(), _skew(spline(t, 1)), _skew(spline(t, 2))
+        spline, step = self._scipy, self._step
+        s = np.clip((t - self.times[0]) / step, 0.0, float(len(self.times) - 1))
+        turn, rate, acceleration = spline(s).as_matrix(), _skew(spline(s, 1) / step), _skew(spline(s, 2) / step**2)
         return np.stack([turn, turn @ rate, 0.5 * turn @ (rate @ rate + acceleration)])[: order + 1]
 
 

@@ -194,6 +194,15 @@ class QuaternionMotion:
         """The borders of the spans, ends of the domain included."""
         return self.basis.breakpoints
 
+    @cached_property
+    def relative(self) -> "QuaternionMotion":
+        """The same curve with its origin in time at zero: its times count from the origin on."""
+        return self if self.basis.origin == 0 else replace(self, basis=self.basis.relative)
+
+    def about(self, origin: float) -> "QuaternionMotion":
+        """The same curve with its knots counted from another origin in time."""
+        return self if origin == self.basis.origin else replace(self, basis=self.basis.about(origin))
+
     @property
     def turns(self) -> np.ndarray:
         """Whole physical turns in each increment beyond the short way."""

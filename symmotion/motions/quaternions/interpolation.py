@@ -1,5 +1,6 @@
 """C² quaternion curves through keyframes: Newton on control quaternions and increments together."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.quaternions.algebra import Signs, conjugate, exp, log, product, right_jacobian, rotate, short_log
 from symmotion.motions.quaternions.curve import QuaternionMotion
 from symmotion.motions.quaternions.keys import OrientationKeys
-from symmotion.splines import BSplineBasis, cubic_interpolant
+from symmotion.splines import BSplineBasis, cubic_interpolant, from_origin
 from symmotion.splines.cumulative import cumulative
 
 if TYPE_CHECKING:
@@ -59,6 +60,13 @@ def interpolate_keys(
 ) -> QuaternionMotion:
     """The curve of `interpolate_quaternions` through checked keyframes."""
     choice(ends, ENDS, "end condition")
+    origin, since = from_origin(keys.times)
+    if origin:
+        # In times from the origin on; the curve alone knows it.
+        there = interpolate_keys(
+            replace(keys, times=since), ends, end_rates, tolerance=tolerance, max_iterations=max_iterations
+        )
+        return replace(there, basis=replace(there.basis, origin=origin))
     rates = _end_rates(ends, end_rates)
     if ends == "periodic":
         if len(keys) < 4:
