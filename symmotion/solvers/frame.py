@@ -23,7 +23,7 @@ class Frame:
         self.bounded, self.evaluator, self.journal = bounded, bounded.evaluator, journal
         self.unit = bounded.program.unit
         self.curved = not bounded.equal.linear
-        self.scale = reach(bounded.sides.jacobian(x), self.unit)
+        self.scale = reach(bounded.sides.jacobian(x), self.unit, (bounded.lower, bounded.upper))
         self.lower, self.upper = bounded.lower / self.scale, bounded.upper / self.scale
         self._first = self._system(x, system)
 

@@ -35,25 +35,9 @@ class OwnUnits:
         usual = largest(hessian[triangle.diagonal] * unit[triangle.rows[triangle.diagonal]] ** 2)
         size = max(largest(unit * gradient), usual * ROUNDING / max(tolerance, ROUNDING))
         size = size if np.isfinite(size) and size > 0 else 1.0
-        return OwnUnits(unit, _conditions(evaluator, x), size)
+        return OwnUnits(unit, reach(evaluator.jacobian(x), unit, (program.lower, program.upper)), size)
 
     @property
     def multipliers(self) -> np.ndarray:
         """(m,) what a multiplier of one is worth."""
         return self.objective / self.conditions
-
-
-def _conditions(evaluator: Evaluator, x: np.ndarray) -> np.ndarray:
-    """(m,) by how much conditions change with the unknowns' units, of squares at their zero the size of the bound."""
-    program = evaluator.program
-    jacobian, found = evaluator.jacobian(x), np.empty(program.conditions)
-    own, first = reach(jacobian, program.unit), 0
-    none = ~np.asarray(abs(jacobian).sum(axis=1) > 0).ravel()
-    for c in program.constraints:
-        part = slice(first, first + c.size)
-        still, first = none[part], first + c.size
-        values, bounds = own[part].copy(), np.stack([c.lower.ravel(), c.upper.ravel()])
-        sizes = np.abs(np.where(np.isfinite(bounds), bounds, 0.0)).max(axis=0)
-        values[still] = np.where(sizes[still] > 0, sizes[still], 1.0)
-        found[part] = values
-    return np.where(np.isfinite(found) & (found > 0), found, 1.0)

@@ -14,6 +14,10 @@ from symmotion.systems.curvature import Curvature
 Factor = TypeVar("Factor")
 
 
+# Changes of a condition, relative to its bound, that are rounding.
+STILL = 1e-9
+
+
 class System(Protocol[Factor]):
     """Newton's saddle system [[H, Jᵀ], [J, 0]] (d, λ) = (−∇f, 0) of a program with linear conditions J x = c.
 
@@ -98,10 +102,19 @@ def tenfold(first: float, most: float = inf) -> Iterator[float]:
         first *= 10
 
 
-def reach(jacobian: sparse.csr_array, unit: np.ndarray) -> np.ndarray:
-    """(conditions,) by how much each condition changes where the unknowns move by their units; 1 where not at all."""
+def reach(
+    jacobian: sparse.csr_array, unit: np.ndarray, bounds: tuple[np.ndarray, np.ndarray] | None = None
+) -> np.ndarray:
+    """(conditions,) by how much each condition changes where the unknowns move by their units; 1 where not at all.
+
+    bounds: lower and upper ones, beside the larger of which a change that is rounding counts as none: that of squares
+    at their zero. The bound itself is what counts then.
+    """
     change = np.asarray(abs(jacobian) @ unit)
-    return np.where(change > 0, change, 1.0)
+    if bounds is not None:
+        sizes = np.max([np.abs(np.where(np.isfinite(b), b, 0.0)) for b in bounds], axis=0)
+        change = np.where(change <= STILL * sizes, sizes, change)
+    return np.where(np.isfinite(change) & (change > 0), change, 1.0)
 
 
 def largest(values: np.ndarray) -> float:
