@@ -160,6 +160,11 @@ class OnLine(MotionConstraint):
     def frees(self, setting: Setting) -> tuple[set[int], set[int]]:
         return set(), {setting.keyframe(self.keyframe, self.name)}
 
+    def follows(self, setting: Setting) -> tuple[np.ndarray, slice] | None:
+        if setting.linear is None:
+            return None
+        return np.array([setting.keyframe(self.keyframe, self.name)]), slice(setting.linear.shape[-1] ** 2, None)
+
     def stated(self, setting: Setting) -> JetConstraint:
         setting.require_translation(self.name)
         i, d = setting.keyframe(self.keyframe, self.name), dimension(setting)
@@ -169,8 +174,12 @@ class OnLine(MotionConstraint):
         if setting.translation is None:
             raise InputError(f"{self.name}: the keyframes have no translation")
         across = ca.DM(np.linalg.svd(direction[None])[2][1:])  # rows that span the directions across the line
-        point = ca.DM(setting.translation[i])
-        return JetConstraint(lambda jet: across @ (jet.v - point), at=setting.times[[i]], name=self.name)
+        return JetConstraint(
+            lambda jet, point: across @ (jet.v - point),
+            at=setting.times[[i]],
+            name=self.name,
+            data=setting.translation[[i]],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,6 +235,10 @@ class Tolerance(MotionConstraint):
         which = set(self._which(setting))
         turned = set(np.flatnonzero(self._turns(setting)).tolist())
         return (which if self.linear else turned), (which if self.translation else set())
+
+    def follows(self, setting: Setting) -> tuple[np.ndarray, slice] | None:
+        rigid = isinstance(setting.space.symbols(), RigidJet)
+        return None if rigid else (np.array(self._which(setting)), slice(None))
 
     def stated(self, setting: Setting) -> JetConstraint:
         rigid = isinstance(setting.space.symbols(), RigidJet)
@@ -294,6 +307,9 @@ class ExactSamples(MotionConstraint):
     def which(self, m: int) -> np.ndarray:
         """The numbers among m, each once, in order."""
         return np.array(checks.indices(self.numbers, m, "exact sample"), dtype=int)
+
+    def follows(self, setting: Setting) -> tuple[np.ndarray, slice] | None:
+        return self.which(len(setting.times)), slice(None)
 
     def stated(self, setting: Setting) -> JetConstraint:
         if setting.linear is None or setting.translation is None or isinstance(setting.space.symbols(), RigidJet):

@@ -20,6 +20,8 @@ from symmotion.systems.system import AnySystem, largest, reach, shifted, tenfold
 
 # Multipliers and distances from a bound below this, relative, count as none: IPOPT's are never exactly zero.
 WEAK = 1e-6
+# Where an interior point ends at a bound without a multiplier, both are this small, and not far from each other.
+NEARLY = 1e-3
 # What sums of some ten numbers may be off by, in roundings of the largest.
 SLOPPY = 64
 # Conditions that are fewer than this in own units, of what the others leave, repeat them.
@@ -141,11 +143,11 @@ def certify(
     multipliers = checks.array(multipliers, (program.conditions,), "multipliers", finite=False)
     if not (np.isfinite(x).all() and np.isfinite(multipliers).all()):
         return NOWHERE
-    return _Inspection(program, evaluator or Evaluator(program), x, multipliers).certificate().at(program, x)
+    return Inspection(program, evaluator or Evaluator(program), x, multipliers).certificate().at(program, x)
 
 
 @dataclass(frozen=True, eq=False)
-class _Inspection:
+class Inspection:
     program: Program
     evaluator: Evaluator
     x: np.ndarray
@@ -196,6 +198,16 @@ class _Inspection:
         """(conditions,) whether a bound is met without a multiplier."""
         met = np.minimum(self.program.upper - self.values, self.values - self.program.lower) / self.reach < WEAK
         return ~self.equal & met & (self.share < WEAK)
+
+    @cached_property
+    def undecided(self) -> np.ndarray:
+        """(conditions,) whether a bound has neither a slack nor a multiplier that counts beside the other."""
+        heaviest = max(largest(self.press), abs(self.evaluator.objective(self.x))) or 1.0
+        share = self.press / heaviest
+        slack = np.minimum(self.program.upper - self.values, self.values - self.program.lower) / self.reach
+        tiny = np.maximum(share, slack) < WEAK
+        close = (np.maximum(share, slack) < NEARLY) & (np.minimum(share, slack) > NEARLY * np.maximum(share, slack))
+        return ~self.equal & (tiny | close)
 
     @cached_property
     def rows(self) -> tuple[np.ndarray, bool]:
