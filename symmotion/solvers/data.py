@@ -12,20 +12,21 @@ from symmotion.errors import InputError
 from symmotion.motions.position import Affine
 from symmotion.program import WHOLE, BlockEvaluator, Constraint, Evaluator, Program, Targeted, Targets
 
-LINEAR, TRANSLATION = "linear", "translation"
+LINEAR = "linear"
 
 
 @dataclass(frozen=True, eq=False)
 class Datum:
     """Numbers p of one name, with the KKT conditions F(x, λ; p) = 0 of the program and its Lagrangian L.
 
-    parts: the shapes of its arrays by name, one under "" or "linear" and "translation"; they follow each other in p.
-    derivative: (unknowns + conditions, size) ∂F/∂p; slope: (size,) ∂L/∂p, by which the optimum changes.
-    unknown: (size,) numbers that are no datum of the program, and have to stay as they are.
+    shape: of the numbers; of `pair`s, linear parts (…, d, d) beside translations (…, d), it is (…, d² + d), rows of the
+    linear part first. derivative: (unknowns + conditions, size) ∂F/∂p; slope: (size,) ∂L/∂p, by which the optimum
+    changes. unknown: (size,) numbers that are no datum of the program, and have to stay as they are.
     """
 
     name: str
-    parts: Mapping[str, tuple[int, ...]]
+    shape: tuple[int, ...]
+    pair: bool
     derivative: sparse.csr_array
     slope: np.ndarray
     unknown: np.ndarray
@@ -34,54 +35,55 @@ class Datum:
     def size(self) -> int:
         return self.slope.size
 
+    @property
+    def dimension(self) -> int:
+        """d of a pair."""
+        return int((np.sqrt(4 * self.shape[-1] + 1) - 1) / 2)
+
     # Any: numbers, or an object with .linear and .translation.
     def flat(self, change: Any) -> tuple[np.ndarray, bool]:
         """(k, size) changes, and whether a leading axis says that they are several."""
         what = f"change of {self.name!r}"
-        if "" in self.parts:
-            return self._checked(*_batch(change, self.parts[""], what))
-        if isinstance(change, tuple) and len(change) == 2:
-            change = Affine(*change)
-        given = {part: getattr(change, part, None) for part in self.parts}
-        if given[LINEAR] is None and given[TRANSLATION] is None:
-            given[LINEAR] = change
-        found = {p: _batch(v, self.parts[p], f"{what}: {p} part") for p, v in given.items() if v is not None}
-        several = any(b for _, b in found.values())
-        count = max(len(v) for v, _ in found.values())
-        if any(len(v) not in (1, count) for v, _ in found.values()):
-            raise InputError(f"{what}: as many linear parts as translations are needed")
-        whole = []
-        for part, shape in self.parts.items():
-            values = found[part][0] if part in found else np.zeros((1, int(np.prod(shape))))
-            whole.append(np.broadcast_to(values, (count, values.shape[1])))
-        return self._checked(np.concatenate(whole, axis=1), several)
-
-    def _checked(self, change: np.ndarray, several: bool) -> tuple[np.ndarray, bool]:
-        wrong = (change[:, self.unknown] != 0).any()
-        if wrong:
+        if not self.pair:
+            whole, several = _batch(change, self.shape, what)
+        else:
+            lead, d = self.shape[:-1], self.dimension
+            linear, translation = (getattr(change, part, None) for part in (LINEAR, "translation"))
+            if linear is None and translation is None:
+                linear, translation = change if isinstance(change, tuple) and len(change) == 2 else (change, None)
+            first, some = (np.zeros((1, *lead, d, d)), False) if linear is None else _batch(linear, (*lead, d, d), what)
+            second, more = (np.zeros((1, *lead, d)), False) if translation is None else _batch(translation, (*lead, d), what)
+            count, several = max(len(first), len(second)), some or more
+            if {len(first), len(second)} - {1, count}:
+                raise InputError(f"{what}: as many linear parts as translations are needed")
+            whole = np.empty((count, *self.shape))
+            whole[..., : d * d] = first.reshape(-1, *lead, d * d)
+            whole[..., d * d :] = second
+        whole = whole.reshape(len(whole), -1)
+        if self.unknown.any() and whole[:, self.unknown].any():
             raise InputError(
-                f"change of {self.name!r}: some of it is no condition of the program, which a constraint frees or others "
-                "settle: change the data of that constraint, or leave it zero"
+                f"{what}: some of it is no condition of the program, since a constraint frees it or others settle it: "
+                "change the data of that constraint, or leave it zero"
             )
-        return change, several
+        return whole, several
 
     def shaped(self, flat: np.ndarray) -> np.ndarray | Affine:
         """Numbers (…, size) in the shape of the datum, behind the leading axes."""
-        lead, found, first = flat.shape[:-1], {}, 0
-        for part, shape in self.parts.items():
-            size = int(np.prod(shape))
-            found[part] = flat[..., first : first + size].reshape((*lead, *shape))
-            first += size
-        return found[""] if "" in found else Affine(found[LINEAR], found[TRANSLATION])
+        values = flat.reshape((*flat.shape[:-1], *self.shape))
+        if not self.pair:
+            return values
+        d = self.dimension
+        return Affine(values[..., : d * d].reshape((*values.shape[:-1], d, d)), values[..., d * d :])
 
 
 def _batch(change: object, shape: tuple[int, ...], what: str) -> tuple[np.ndarray, bool]:
+    """(k, …) changes of a shape, and whether there was a leading axis."""
     values = checks.numbers(change, what)
-    fits = values.ndim >= len(shape) and values.shape[values.ndim - len(shape) :] == shape
-    if not fits or values.ndim > len(shape) + 1 or not np.isfinite(values).all():
+    more = values.ndim - len(shape)
+    if more not in (0, 1) or values.shape[more:] != shape or not np.isfinite(values).all():
         wanted = checks.shown(shape) if shape else "a number"
         raise InputError(f"{what} of shape {values.shape}: finite, {wanted}, is needed, or several of them in a row")
-    return values.reshape(-1, int(np.prod(shape))), values.ndim > len(shape)
+    return values if more else values[None], bool(more)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,11 +118,7 @@ class Data:
             target = (place.numbers[:, None] * width + columns).ravel()
             moved = sparse.csr_array((np.ones(len(target)), (np.arange(len(target)), target)), shape=(len(target), m * width))
             whole, slope = whole + derivative @ moved, slope + pull @ moved
-        # The linear parts first, then the translations.
-        order = np.arange(m * width).reshape(m, width)
-        order = np.concatenate([order[:, : d * d].ravel(), order[:, d * d :].ravel()])
-        parts = {LINEAR: (m, d, d), TRANSLATION: (m, d)}
-        return Datum(name, parts, sparse.csr_array(sparse.csc_array(whole)[:, order]), slope[order], np.zeros(m * width, dtype=bool))
+        return Datum(name, (m, width), True, whole, slope, np.zeros(m * width, dtype=bool))
 
     def _block(self, name: str, columns: slice) -> tuple[sparse.csr_array, np.ndarray]:
         """∂F/∂data (unknowns + conditions, E · columns), ∂L/∂data of columns of the data of a term or a constraint."""
@@ -170,18 +168,18 @@ class Data:
             return
         shown = [program.design.multipliers(program.shown(v)) for v in (np.arange(1.0, m + 1), np.ones(m), self.multipliers)]
         for name in shown[0]:
-            number, scale, own = (_parts(values[name]) for values in shown)
-            parts = {part: value.shape for part, value in number.items()}
-            numbers, scales, pulls = (np.concatenate([v.ravel() for v in x.values()]) for x in (number, scale, own))
+            number, scale, own = (_row(values[name]) for values in shown)
+            numbers, scales = number.ravel(), scale.ravel()
             known = scales != 0
-            rows = np.zeros(len(numbers), dtype=int)
-            rows[known] = np.rint(numbers[known] / scales[known]).astype(int) - 1
+            rows = np.rint(numbers[known] / scales[known]).astype(int) - 1
             derivative = sparse.csr_array(
-                (-scales[known], (n + rows[known], np.flatnonzero(known))), shape=(n + m, len(numbers))
+                (-scales[known], (n + rows, np.flatnonzero(known))), shape=(n + m, len(numbers))
             )
-            # A part without any condition, such as a translation that the objective does not see, moves nothing.
-            seen = np.concatenate([np.full(v.size, bool(v.any())) for v in scale.values()])
-            yield Datum(name, parts, derivative, -pulls, ~known & seen)
+            # Without any condition, as a translation that the objective does not see, a part moves nothing.
+            pair = hasattr(shown[0][name], LINEAR)
+            seen = (scale.reshape(-1, scale.shape[-1]) != 0).any(axis=0) if pair else np.array(True)
+            unknown = ((scale == 0) & seen).ravel()
+            yield Datum(name, number.shape, pair, derivative, -own.ravel(), unknown)
 
     def _parameters(self) -> Iterator[Datum]:
         program = self.program
@@ -197,7 +195,7 @@ class Data:
             # The block has them column by column.
             order = np.arange(value.size).reshape(value.shape, order="F").ravel()
             derivative = sparse.csr_array(sparse.csc_array(derivative)[:, order])
-            yield Datum(name, {"": value.shape}, derivative, slope[order], np.zeros(value.size, dtype=bool))
+            yield Datum(name, value.shape, False, derivative, slope[order], np.zeros(value.size, dtype=bool))
 
     def _weights(self) -> Iterator[Datum]:
         """The relative change of the factor of a term."""
@@ -209,7 +207,7 @@ class Data:
             arrays[block.variable][:, block.channels] += evaluator.terms[k].gradient(z)
             value = np.array([evaluator.terms[k].value(z)])
             name = f"weight of {block.name}"
-            yield Datum(name, {"": ()}, sparse.csr_array(gradient[:, None]), value, np.zeros(1, dtype=bool))
+            yield Datum(name, (), False, sparse.csr_array(gradient[:, None]), value, np.zeros(1, dtype=bool))
 
 
 def _blocks(values: np.ndarray) -> sparse.csr_array:
@@ -222,7 +220,9 @@ def _blocks(values: np.ndarray) -> sparse.csr_array:
 
 
 # Any: what a design shows of multipliers.
-def _parts(shown: Any) -> dict[str, np.ndarray]:
-    if hasattr(shown, LINEAR) and hasattr(shown, TRANSLATION):
-        return {LINEAR: np.asarray(shown.linear), TRANSLATION: np.asarray(shown.translation)}
-    return {"": np.asarray(shown, dtype=float)}
+def _row(shown: Any) -> np.ndarray:
+    """Multipliers as one array, of pairs (…, d² + d)."""
+    if not hasattr(shown, LINEAR):
+        return np.asarray(shown, dtype=float)
+    linear, translation = np.asarray(shown.linear), np.asarray(shown.translation)
+    return np.concatenate([linear.reshape((*translation.shape[:-1], -1)), translation], axis=-1)
