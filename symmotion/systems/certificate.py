@@ -16,7 +16,7 @@ from symmotion.program.program import Integrated, Program
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import EPS
 from symmotion.systems.saddle import Saddle
-from symmotion.systems.system import AnySystem, largest, reach, shifted, tenfold
+from symmotion.systems.system import AnyFactor, AnySystem, largest, reach, shifted, tenfold
 
 # Multipliers and distances from a bound below this, relative, count as none: IPOPT's are never exactly zero.
 WEAK = 1e-6
@@ -87,10 +87,22 @@ class Certificate:
                 found[c.name] = excess_at(parts[c.name], c.lower, c.upper, c.times, c.power)
         return found
 
-    def at(self, program: Program, x: np.ndarray) -> "Certificate":
-        """The same certificate, which knows its point (unknowns,) of a program."""
+    def factor_of(self, system: AnySystem) -> AnyFactor | None:
+        """The factor of the Hessian at the point along conditions that decouple, where it is positive; else None.
+
+        system: that of the program; another one has no part in it.
+        """
+        kept, factor = self.__dict__.get("_factor", (None, None))
+        return factor if kept is system else None
+
+    def at(
+        self, program: Program, x: np.ndarray, kept: tuple[AnySystem, AnyFactor] | None = None
+    ) -> "Certificate":
+        """The same certificate, which knows its point (unknowns,) of a program, and the factor there."""
         fresh = replace(self)
         fresh.__dict__["_point"] = program, x
+        if kept is not None:
+            fresh.__dict__["_factor"] = kept
         return fresh
 
     def holds(self, tolerance: float) -> bool:
@@ -143,7 +155,8 @@ def certify(
     multipliers = checks.array(multipliers, (program.conditions,), "multipliers", finite=False)
     if not (np.isfinite(x).all() and np.isfinite(multipliers).all()):
         return NOWHERE
-    return Inspection(program, evaluator or Evaluator(program), x, multipliers).certificate().at(program, x)
+    inspection = Inspection(program, evaluator or Evaluator(program), x, multipliers)
+    return inspection.certificate().at(program, x, inspection.kept)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +165,11 @@ class Inspection:
     evaluator: Evaluator
     x: np.ndarray
     multipliers: np.ndarray
+
+    @cached_property
+    def kept(self) -> tuple[AnySystem, AnyFactor] | None:
+        """The system and its factor, of the certificate once that is made, where a later use can have it."""
+        return None
 
     @cached_property
     def values(self) -> np.ndarray:
@@ -294,6 +312,9 @@ class Inspection:
         curvature = system.curvature(hessian)
         inertia = curvature.inertia if curvature.direction is None else self._weakened(curvature.direction)
         factor = system.factorise(hessian)
+        if factor is not None and isinstance(system, Condensed):
+            # Another system keeps its factor in memory that later factors take.
+            self.__dict__["kept"] = system, factor
         if factor is None and inertia != "positive":
             factor, _ = shifted(system, hessian.copy(), self.program.unit, tenfold(LEAST_SHIFT, most=MOST_SHIFT))
         if factor is not None:
