@@ -205,7 +205,7 @@ def _solution(record: dict[str, Parsed], program: Program) -> Solution:
         tuple(Iteration(*map(_number, row)) for row in record["log"]),
         Seconds(**record["seconds"]),
         record["message"],
-        course,
+        exchange=course,
     )
 
 
