@@ -86,7 +86,9 @@ class _Followed:
         if not self.parameter:
             return columns.T
         shape = self.first.program.parameters[self.name].shape
-        return columns.T.reshape((-1, *shape[::-1])).transpose((0, *range(len(shape), 0, -1))).reshape(len(columns.T), -1)
+        return (
+            columns.T.reshape((-1, *shape[::-1])).transpose((0, *range(len(shape), 0, -1))).reshape(len(columns.T), -1)
+        )
 
     def columns(self, rows: np.ndarray) -> np.ndarray:
         """The inverse of `rows`."""

@@ -156,9 +156,7 @@ def by_keyframe(multipliers: Mapping[str, np.ndarray], groups: Groups, keyframes
     return {"keyframes": Affine(shaped[:, : d * d].reshape(m, d, d), shaped[:, d * d :]), **rest}
 
 
-def targets_of(
-    program: Program, constraints: Sequence[MotionConstraint], setting: Setting
-) -> list[Target]:
+def targets_of(program: Program, constraints: Sequence[MotionConstraint], setting: Setting) -> list[Target]:
     """Where the constraints of a program, its last ones, have coordinates of the setting's keyframes in their data."""
     found, behind = [], program.constraints[len(program.constraints) - len(constraints) :]
     for asked, made in zip(constraints, behind, strict=True):

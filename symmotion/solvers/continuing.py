@@ -22,7 +22,13 @@ class Continued:
     """
 
     def __init__(
-        self, evaluator: Evaluator, system: AnySystem, start: Solution, x: np.ndarray, tolerance: float, journal: Journal
+        self,
+        evaluator: Evaluator,
+        system: AnySystem,
+        start: Solution,
+        x: np.ndarray,
+        tolerance: float,
+        journal: Journal,
     ):
         self.x, self.multipliers = x, None
         factor = start.certificate.factor_of(system)

@@ -1,6 +1,6 @@
 """The data of a program at a minimum: which numbers there are, by name, and how its KKT conditions change with them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ from scipy import sparse
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.motions.position import Affine
-from symmotion.program import WHOLE, BlockEvaluator, Constraint, Evaluator, Program, Targeted, Targets
+from symmotion.program import BlockEvaluator, Evaluator, Program, Targeted, Targets
 
 LINEAR = "linear"
 
@@ -52,7 +52,9 @@ class Datum:
             if linear is None and translation is None:
                 linear, translation = change if isinstance(change, tuple) and len(change) == 2 else (change, None)
             first, some = (np.zeros((1, *lead, d, d)), False) if linear is None else _batch(linear, (*lead, d, d), what)
-            second, more = (np.zeros((1, *lead, d)), False) if translation is None else _batch(translation, (*lead, d), what)
+            second, more = (
+                (np.zeros((1, *lead, d)), False) if translation is None else _batch(translation, (*lead, d), what)
+            )
             count, several = max(len(first), len(second)), some or more
             if {len(first), len(second)} - {1, count}:
                 raise InputError(f"{what}: as many linear parts as translations are needed")
@@ -116,7 +118,9 @@ class Data:
             columns = np.arange(*place.part.indices(width))
             derivative, pull = self._block(place.block, slice(place.first, place.first + len(columns)))
             target = (place.numbers[:, None] * width + columns).ravel()
-            moved = sparse.csr_array((np.ones(len(target)), (np.arange(len(target)), target)), shape=(len(target), m * width))
+            moved = sparse.csr_array(
+                (np.ones(len(target)), (np.arange(len(target)), target)), shape=(len(target), m * width)
+            )
             whole, slope = whole + derivative @ moved, slope + pull @ moved
         return Datum(name, (m, width), True, whole, slope, np.zeros(m * width, dtype=bool))
 
@@ -166,7 +170,9 @@ class Data:
         program, n, m = self.program, self.program.unknowns, self.program.conditions
         if not m:
             return
-        shown = [program.design.multipliers(program.shown(v)) for v in (np.arange(1.0, m + 1), np.ones(m), self.multipliers)]
+        shown = [
+            program.design.multipliers(program.shown(v)) for v in (np.arange(1.0, m + 1), np.ones(m), self.multipliers)
+        ]
         for name in shown[0]:
             number, scale, own = (_row(values[name]) for values in shown)
             numbers, scales = number.ravel(), scale.ravel()

@@ -95,9 +95,7 @@ class Certificate:
         kept, factor = self.__dict__.get("_factor", (None, None))
         return factor if kept is system else None
 
-    def at(
-        self, program: Program, x: np.ndarray, kept: tuple[AnySystem, AnyFactor] | None = None
-    ) -> "Certificate":
+    def at(self, program: Program, x: np.ndarray, kept: tuple[AnySystem, AnyFactor] | None = None) -> "Certificate":
         """The same certificate, which knows its point (unknowns,) of a program, and the factor there."""
         fresh = replace(self)
         fresh.__dict__["_point"] = program, x

@@ -16,7 +16,6 @@ from symmotion.systems.certificate import Inspection
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.saddle import HessianTriangle
 
-
 # Directions from which on they are taken together.
 SEVERAL = 4
 
@@ -185,7 +184,9 @@ class SparseResponse:
     conditions: int
 
     @staticmethod
-    def of(hessian: sparse.csr_array, jacobian: sparse.csr_array, rows: np.ndarray, unit: np.ndarray) -> "SparseResponse":
+    def of(
+        hessian: sparse.csr_array, jacobian: sparse.csr_array, rows: np.ndarray, unit: np.ndarray
+    ) -> "SparseResponse":
         n, active = hessian.shape[0], jacobian[rows]
         reach = np.asarray(abs(active) @ unit)
         size = float(np.abs(hessian.diagonal() * unit**2).max(initial=0.0)) or 1.0
