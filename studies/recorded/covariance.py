@@ -50,7 +50,7 @@ def draws(solution: sm.Solution, sizes: tuple[float, float], band: Band, count: 
 
 def known(pair: Pair, controls: int, count: int) -> Known:
     """The fit of the recording with a number of controls."""
-    solution = sm.ExactNewton().solve(sm.design.fit_program(pair.estimate, controls=controls)).require()
+    solution = sm.ExactNewton().solve(sm.fit_program(pair.estimate, controls=controls)).require()
     covariance = fit_covariance(solution)
     assert covariance.sizes is not None  # they were estimated
     band = covariance.band(TIMES)
@@ -96,7 +96,7 @@ def run(options: StudyOptions) -> StudyResult:
         Column("truth within 2σ", "%"),
     )
     caption = (
-        "σ: of each coordinate of a sample, from what the fit leaves; known to: root mean square over the motion by the "
+        "σ: of each coordinate of a sample, from what the fit leaves; known to: root mean square over the motion, by "
         f"sensitivities; drawn: {count} fits (seed {SEED}) of samples about the fit with noise of this σ."
     )
     with new_figure(7.0, 3.4) as figure:
@@ -108,8 +108,8 @@ def run(options: StudyOptions) -> StudyResult:
     conclusion = (
         f"Bands by sensitivities and {count} fits of new samples differ by at most {100 * off:.2g} %, where the draws "
         f"alone leave some {100 * interval:.1g} % at a single time. Of the true places {rows[0][7]:.0f} % and "
-        f"{rows[-1][7]:.0f} % are within two deviations: the band knows the noise, not what so few controls cannot follow "
-        "or what is off for long."
+        f"{rows[-1][7]:.0f} % are within two deviations: the band knows the noise, not what so few controls cannot "
+        "follow, or what is off for long."
     )
     return StudyResult((Table("band", columns, tuple(rows), caption),), (drawn,), runs, conclusion, (pair.note,))
 

@@ -22,8 +22,8 @@ BATCH = 4_000_000
 class Band:
     """Standard deviations of a pose over time.
 
-    times: (N,); positions: `Affine`, the mean (N, d, d), (N, d). places: (N, d, d) covariances of the origin, in units of
-    length²; turns: (N, 3, 3) of small turns about the fixed axes, in rad², (N, 1, 1) in the plane.
+    times: (N,); positions: `Affine`, the mean (N, d, d), (N, d). places: (N, d, d) covariances of the origin, in
+    units of length²; turns: (N, 3, 3) of small turns about the fixed axes, in rad², (N, 1, 1) in the plane.
     """
 
     times: np.ndarray
@@ -100,9 +100,7 @@ def fit_covariance(solution: Solution, noise: tuple[float, float] | ArrayLike | 
     values = checks.numbers(given, "noise")
     if values.shape == (2,):
         if not (np.isfinite(values).all() and (values >= 0).all()):
-            raise InputError(
-                f"noise {values.tolist()}: standard deviations of places and turns, not negative, are needed"
-            )
+            raise InputError(f"noise {values.tolist()}: standard deviations, 0 or more, are needed")
         return FitCovariance(solution, _of_sizes(samples, *values.tolist()), (float(values[0]), float(values[1])))
     width = d * d + d
     if values.shape not in ((width, width), (m, width, width)) or not np.isfinite(values).all():

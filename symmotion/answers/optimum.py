@@ -1,7 +1,8 @@
 """The minimum of a program as a CasADi function of its data, with derivatives, to be part of a larger program."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -18,7 +19,7 @@ def optimum_function(solution: Solution, name: str, *, solver: Solver | None = N
     column of its numbers: of a parameter its values, column by column; of anything else their change, row by row (rows
     of a pair being its d² + d coordinates), zero at the solution. solver: ExactNewton(tolerance=1e-10) when left out.
 
-    First derivatives, forward, reverse and as a matrix, are those of `Sensitivity`; second ones are differences of them.
+    First derivatives, forward, reverse and as a matrix, are those of `Sensitivity`; second ones are differences.
     It raises SolveError where there is no minimum for p, which an outer solver takes for a point that it may not enter.
     Keep a reference to the function as long as it is used.
     Source: Andersson, Rawlings 2018.
@@ -58,6 +59,10 @@ def moved_program(program: Program, name: str, change: np.ndarray, solution: Sol
     parts = program.split(shift)
     moved = [replace(c, lower=c.lower + parts[c.name], upper=c.upper + parts[c.name]) for c in program.constraints]
     return replace(program, constraints=tuple(moved))
+
+
+# Any: whatever CasADi hands on.
+Options: TypeAlias = Mapping[str, Any]
 
 
 class _Followed:
@@ -143,19 +148,23 @@ class _Optimum(ca.Callback):
     def has_forward(self, nfwd: int) -> bool:
         return True
 
-    def get_forward(self, nfwd: int, name: str, inames: list[str], onames: list[str], opts: dict) -> ca.Function:
+    def get_forward(
+        self, nfwd: int, name: str, inames: Sequence[str], onames: Sequence[str], opts: Options
+    ) -> ca.Function:
         return self._kept(_Derivative(self.followed, "forward", nfwd, name, inames, onames, opts))
 
     def has_reverse(self, nadj: int) -> bool:
         return True
 
-    def get_reverse(self, nadj: int, name: str, inames: list[str], onames: list[str], opts: dict) -> ca.Function:
+    def get_reverse(
+        self, nadj: int, name: str, inames: Sequence[str], onames: Sequence[str], opts: Options
+    ) -> ca.Function:
         return self._kept(_Derivative(self.followed, "reverse", nadj, name, inames, onames, opts))
 
     def has_jacobian(self) -> bool:
         return True
 
-    def get_jacobian(self, name: str, inames: list[str], onames: list[str], opts: dict) -> ca.Function:
+    def get_jacobian(self, name: str, inames: Sequence[str], onames: Sequence[str], opts: Options) -> ca.Function:
         return self._kept(_Derivative(self.followed, "jacobian", self.followed.size, name, inames, onames, opts))
 
     def _kept(self, made: ca.Callback) -> ca.Callback:
@@ -168,7 +177,14 @@ class _Derivative(ca.Callback):
     """(p, x, f, seeds) ↦ sensitivities, or (p, x, f) ↦ the two Jacobians; derivatives of its own are differences."""
 
     def __init__(
-        self, followed: _Followed, kind: str, count: int, name: str, inames: list[str], onames: list[str], opts: dict
+        self,
+        followed: _Followed,
+        kind: str,
+        count: int,
+        name: str,
+        inames: Sequence[str],
+        onames: Sequence[str],
+        opts: Options,
     ):
         ca.Callback.__init__(self)
         self.followed, self.kind, self.names = followed, kind, (list(inames), list(onames))

@@ -175,7 +175,7 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """All that a program knows of `count` affine positions in d dimensions, d² + d coordinates each, rows of A first."""
+    """What a program knows of `count` affine positions in d dimensions, d² + d coordinates each, rows of A first."""
 
     count: int
     dimension: int

@@ -30,7 +30,8 @@ class Continued:
         tolerance: float,
         journal: Journal,
     ):
-        self.x, self.multipliers = x, None
+        self.x = x
+        self.multipliers: np.ndarray | None = None
         factor = start.certificate.factor_of(system)
         if factor is None:
             return

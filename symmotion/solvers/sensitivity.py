@@ -24,7 +24,7 @@ CONSISTENT = 1e-7
 class Sensitivity:
     """The derivatives of a minimum x, λ by the data of its program: dx = −(K⁻¹ ∂F/∂p dp) with K the KKT matrix.
 
-    Conditions that are equalities and bounds that press stay met, bounds that do not touch are not there. Data, by name:
+    Conditions that are equalities and bounds that press stay met, bounds that do not touch are not there. Data by name:
 
     - of a condition what it equals, or the limit that presses, in the shape of its multipliers: what the constraint's
       expression is has to change by as much. "keyframes" of affine motions are a pair `.linear` (M, d, d) and

@@ -30,8 +30,8 @@ def plot_solution(solution: Solution, axes: Axes | None = None, *, kind: Solutio
 
     kind: "motion", as its own `plot` draws it, with the keyframes; "convergence", stationarity
     over the iterations, and what counts as zero; "multipliers", ‖λᵢ‖ over the keyframes, else
-    over the rows of every constraint; "band", of a fit, how well it is known (`plot_band`). When left out, the motion where it has a picture, else
-    the convergence.
+    over the rows of every constraint; "band", of a fit, how well it is known (`plot_band`). When
+    left out, the motion where it has a picture, else the convergence.
     """
     require_axes(axes)
     motion = motion_or_none(solution)

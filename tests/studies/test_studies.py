@@ -8,7 +8,7 @@ from studied import certified, table
 
 import symmotion as sm
 from studies.affine import invariance, keyframe_prices, knots, planar_keyframes, spatial_keyframes, two_keyframes
-from studies.recorded import recorded_poses
+from studies.recorded import covariance, recorded_poses
 from studies.solving import solvers
 from symmotion.report import StudyOptions
 
@@ -101,3 +101,12 @@ def test_knots_compares_automatic_with_uniform():
     assert rows["uneven turns", 156]["automatic knots"] == pytest.approx(0.007433, rel=1e-3)
     assert rows["uneven turns", 156]["ratio"] > 5
     assert certified(result, ("newton",))
+
+
+def test_bands_of_fits_are_those_of_samples_drawn_anew():
+    result = covariance.STUDY.run(StudyOptions())
+    for row in table(result, "band"):
+        # Over 20 draws and 40 times, of which some ten tell their own: within a tenth.
+        assert row["place, drawn / predicted"] == pytest.approx(1, abs=0.1)
+        assert row["turn, drawn / predicted"] == pytest.approx(1, abs=0.1)
+    assert certified(result)
