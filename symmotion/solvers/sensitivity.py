@@ -13,6 +13,7 @@ from scipy.sparse.linalg import LinearOperator
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.program import Evaluator, Multipliers, Program
+from symmotion.solvers.contacts import beside_contacts, contact_curvature
 from symmotion.solvers.data import Data, Datum
 from symmotion.systems import AnyReading, Inspection, Response, response_of
 
@@ -48,14 +49,14 @@ class Sensitivity:
     def of(program: Program, x: np.ndarray, multipliers: np.ndarray) -> "Sensitivity":
         """The sensitivities of a minimum; InputError that names bounds that are met without a multiplier."""
         inspection = Inspection(program, Evaluator(program), x, multipliers)
-        weak = inspection.undecided
+        weak = inspection.undecided & ~beside_contacts(program, x, inspection.pressing)
         if weak.any():
             names = ", ".join(repr(name) for name, part in program.split(weak).items() if part.any())
             raise InputError(
                 f"bounds {names} are met without a multiplier: the minimum moves otherwise one way than the other, it "
                 "has one-sided derivatives only; move the limit a little"
             )
-        response, repeated = response_of(inspection)
+        response, repeated = response_of(inspection, contact_curvature(program, x, multipliers))
         return Sensitivity(program, x, multipliers, response, (repeated, inspection.jacobian[repeated]))
 
     @cached_property

@@ -242,8 +242,10 @@ class SparseReading:
         return sparse.csr_array(self.data.T)
 
 
-def response_of(inspection: Inspection) -> tuple[Response, np.ndarray]:
+def response_of(inspection: Inspection, more: sparse.csr_array | None = None) -> tuple[Response, np.ndarray]:
     """How a minimum answers, and the rows of active conditions that follow from others.
+
+    more: (unknowns, unknowns) what is added to the Hessian of the Lagrangian.
 
     Raises SolveError where the minimum is not strict, along the active conditions, to second order.
     """
@@ -263,6 +265,7 @@ def response_of(inspection: Inspection) -> tuple[Response, np.ndarray]:
         raise SolveError(FLAT)
     active = np.flatnonzero(inspection.pressing)
     repeated = np.setdiff1d(active, rows) if degenerate else none
+    hessian = hessian if more is None else sparse.csr_array(hessian + more)
     return SparseResponse.of(hessian, inspection.jacobian, rows, program.unit), repeated
 
 

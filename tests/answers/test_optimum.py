@@ -45,7 +45,7 @@ def test_derivatives_of_the_function_are_those_of_minima_solved_again(name):
 
 
 def test_a_minimum_is_part_of_a_larger_program():
-    """The best velocity to pass with, of an inner program that passes with a given one, is that of a program without."""
+    """The best velocity of an inner program that passes with a given one is that of a program without."""
     velocity = sm.JetConstraint(
         lambda jet, p: jet.dv - p.w, at=[KEYS.times[2]], name="passing", parameters={"w": [0.5, 0.0, 0.0]}
     )
