@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from symmotion.answers import Band
     from symmotion.bodies import Shape
     from symmotion.fairing import FairingResult
     from symmotion.motions import Keyframes, RigidSamples, TwoParameterMotion
@@ -76,15 +77,25 @@ def plot_deviations(self: "RigidSamples", axes: "Axes | None" = None) -> "Axes":
 
 
 def plot_solution(
-    self: "Solution", axes: "Axes | None" = None, *, kind: Literal["motion", "convergence", "multipliers"] | None = None
+    self: "Solution",
+    axes: "Axes | None" = None,
+    *,
+    kind: Literal["motion", "convergence", "multipliers", "band"] | None = None,
 ) -> "Axes":
-    """The motion with its keyframes, the convergence or the multipliers; returns the axes.
+    """The motion with its keyframes, the convergence, the multipliers, or how well a fit is known; returns the axes.
 
     When left out, the motion where it has a picture, else the convergence.
     """
     from symmotion.views.plots import plot_solution
 
     return plot_solution(self, axes, kind=kind)
+
+
+def plot_band(self: "Band", axes: "Axes | None" = None) -> "Axes":
+    """The origin's coordinates over time, two standard deviations wide, and two of the turn; returns the axes."""
+    from symmotion.views.plots import plot_band
+
+    return plot_band(self, axes)
 
 
 def plot_comparison(self: "Comparison", axes: "Axes | None" = None) -> "Axes":

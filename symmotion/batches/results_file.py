@@ -206,8 +206,8 @@ def _solution(record: dict[str, Parsed], program: Program) -> Solution:
         tuple(Iteration(*map(_number, row)) for row in record["log"]),
         Seconds(**record["seconds"]),
         record["message"],
-        record.get("evaluations", {}),
-        course,
+        evaluations=record.get("evaluations", {}),
+        exchange=course,
     )
 
 

@@ -127,6 +127,10 @@ class MotionConstraint(ABC):
         """The keyframes whose linear part or turn, and whose translation, are no longer interpolated."""
         return set(), set()
 
+    def follows(self, setting: Setting) -> tuple[np.ndarray, slice] | None:
+        """The numbers (N,) of the keyframes whose coordinates `part` are its data at its times; None where none are."""
+        return None
+
     @abstractmethod
     def stated(self, setting: Setting) -> "JetConstraint":
         """The condition in full: expression, times, bounds."""

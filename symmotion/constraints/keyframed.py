@@ -164,6 +164,11 @@ class OnLine(MotionConstraint):
     def seen_from(self, setting: Setting) -> Setting:
         return near(setting)
 
+    def follows(self, setting: Setting) -> tuple[np.ndarray, slice] | None:
+        if setting.linear is None:
+            return None
+        return np.array([setting.keyframe(self.keyframe, self.name)]), slice(setting.linear.shape[-1] ** 2, None)
+
     def stated(self, setting: Setting) -> JetConstraint:
         setting.require_translation(self.name)
         i, d = setting.keyframe(self.keyframe, self.name), dimension(setting)
@@ -173,8 +178,12 @@ class OnLine(MotionConstraint):
         if setting.translation is None:
             raise InputError(f"{self.name}: the keyframes have no translation")
         across = ca.DM(np.linalg.svd(direction[None])[2][1:])  # rows that span the directions across the line
-        point = ca.DM(setting.translation[i])
-        return JetConstraint(lambda jet: across @ (jet.v - point), at=setting.times[[i]], name=self.name)
+        return JetConstraint(
+            lambda jet, point: across @ (jet.v - point),
+            at=setting.times[[i]],
+            name=self.name,
+            data=setting.translation[[i]],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,6 +242,10 @@ class Tolerance(MotionConstraint):
 
     def seen_from(self, setting: Setting) -> Setting:
         return near(setting)
+
+    def follows(self, setting: Setting) -> tuple[np.ndarray, slice] | None:
+        rigid = isinstance(setting.space.symbols(), RigidJet)
+        return None if rigid else (np.array(self._which(setting)), slice(None))
 
     def stated(self, setting: Setting) -> JetConstraint:
         rigid = isinstance(setting.space.symbols(), RigidJet)
@@ -304,6 +317,9 @@ class ExactSamples(MotionConstraint):
 
     def seen_from(self, setting: Setting) -> Setting:
         return near(setting)
+
+    def follows(self, setting: Setting) -> tuple[np.ndarray, slice] | None:
+        return self.which(len(setting.times)), slice(None)
 
     def stated(self, setting: Setting) -> JetConstraint:
         if setting.linear is None or setting.translation is None or isinstance(setting.space.symbols(), RigidJet):

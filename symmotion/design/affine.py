@@ -20,6 +20,7 @@ from symmotion.design.question import (
     by_keyframe,
     keyframe_groups,
     keyframe_notes,
+    keyframe_targets,
     other_keyframes,
     rates_at_ends,
     require_start,
@@ -33,7 +34,7 @@ from symmotion.jets.linear import LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes
-from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
+from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature, Targets
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, amid, closest, cubic_interpolant, from_origin, unified
@@ -224,6 +225,10 @@ class AffineDesign:
         objective does not see the translation.
         """
         return by_keyframe(multipliers, self._given, self.keyframes)
+
+    def targets(self, program: Program) -> dict[str, Targets]:
+        """Where the keyframes are in the program's data."""
+        return keyframe_targets(program, self._given, self.constraints, self.setting)
 
     def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
         """By term, how well its nodes integrate at x (unknowns,)."""

@@ -22,6 +22,7 @@ from symmotion.design.question import (
     require_start,
     require_times,
     require_volume,
+    targets_of,
 )
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
@@ -31,7 +32,7 @@ from symmotion.jets.linear import LinearSpace, affine_space
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.motions.crowding import opposite_note, require_apart
-from symmotion.program import Block, Multipliers, Program, Quadrature
+from symmotion.program import Block, Multipliers, Program, Quadrature, Target, Targets
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, amid
@@ -194,6 +195,13 @@ class FitDesign:
     def _data(self) -> np.ndarray:
         targets = self.samples.coordinates[self.followed] - self.shift
         return np.column_stack([targets, np.full(len(targets), self.huber or 0.0)])
+
+    def targets(self, program: Program) -> dict[str, Targets]:
+        """Where the samples are in the program: in the data term, and in constraints that have them."""
+        d, every = self.samples.dimension, slice(None)
+        places = [Target(SAMPLES, program.terms[0].data.shape[1] - 1 - d * d - d, self.followed, every)]
+        places = places[: len(self.followed)] + targets_of(program, self.constraints, self.setting)
+        return {SAMPLES: Targets(len(self.samples), d, tuple(places))}
 
     def distances(self, motion: AffineMotion) -> np.ndarray:
         """(M,) √s_i: how far the body points are from their samples, root mean square over the points."""

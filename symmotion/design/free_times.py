@@ -22,6 +22,7 @@ from symmotion.design.question import (
     by_keyframe,
     keyframe_groups,
     keyframe_notes,
+    keyframe_targets,
     other_keyframes,
     rates_at_ends,
     require_start,
@@ -36,7 +37,7 @@ from symmotion.jets.space import UNKNOWN
 from symmotion.kernels import Kernel
 from symmotion.motions import Affine, AffineMotion, Keyframes
 from symmotion.motions.crowding import require_apart
-from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
+from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature, Targets
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, amid, cubic_interpolant, from_origin, same_times
@@ -292,6 +293,10 @@ class FreeTimesDesign:
             "order": multipliers["order"][:, 0] / self.unit,
             "knots": multipliers["knots"][:, 0] / self.unit,
         }
+
+    def targets(self, program: Program) -> dict[str, Targets]:
+        """Where the keyframes are in the program's data."""
+        return keyframe_targets(program, self._given, self.constraints, self.setting)
 
     def quadratures(self, program: Program, x: np.ndarray) -> dict[str, Quadrature]:
         """By term, how well its nodes integrate at x (unknowns,)."""

@@ -12,7 +12,7 @@ from symmotion.constraints.along import Along
 from symmotion.design.question import as_constraints, assembled
 from symmotion.errors import InputError
 from symmotion.jets.space import JetSpace, Places
-from symmotion.program import Block, Constraint, Integrated, Multipliers, Program, Quadrature
+from symmotion.program import Block, Constraint, Integrated, Multipliers, Program, Quadrature, Targeted, Targets
 from symmotion.program.state import made_of
 
 
@@ -108,6 +108,15 @@ class JoinedDesign:
             own = {c.name: rest.pop(_of(body, c.name)) for c in p.constraints}
             shown |= {_of(body, k): v for k, v in p.design.multipliers(own).items()}
         return {**shown, **rest}
+
+    def targets(self, program: Program) -> dict[str, Targets]:
+        """Where the bodies' keyframes are in the program's data, by name behind the body's."""
+        found = {}
+        for body, p in self.programs.items():
+            for name, own in p.design.targets(p).items() if isinstance(p.design, Targeted) else ():
+                places = tuple(replace(t, block=_of(body, t.block)) for t in own.places)
+                found[_of(body, name)] = replace(own, places=places)
+        return found
 
     def _bodies(self, program: Program, x: np.ndarray) -> dict[str, tuple[Program, np.ndarray]]:
         """By body, of those whose terms are integrals, its own program and its share of x."""

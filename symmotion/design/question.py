@@ -15,7 +15,7 @@ from symmotion.energies import Energy
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes, as_keyframes
 from symmotion.motions.crowding import close_note, opposite_note, require_apart
-from symmotion.program import Block, Constraint, DesignT, Multipliers, Program
+from symmotion.program import Block, Constraint, DesignT, Multipliers, Program, Target, Targets
 from symmotion.splines import check_times, same_times, unified
 
 
@@ -155,6 +155,35 @@ def by_keyframe(multipliers: Mapping[str, np.ndarray], groups: Groups, keyframes
     for name, which, part in groups:
         shaped[which, part] = rest.pop(name)
     return {"keyframes": Affine(shaped[:, : d * d].reshape(m, d, d), shaped[:, d * d :]), **rest}
+
+
+def targets_of(program: Program, constraints: Sequence[MotionConstraint], setting: Setting) -> list[Target]:
+    """Where the constraints of a program, its last ones, have coordinates of the setting's keyframes in their data."""
+    found, behind = [], program.constraints[len(program.constraints) - len(constraints) :]
+    for asked, made in zip(constraints, behind, strict=True):
+        followed = asked.follows(setting)
+        if followed is not None:
+            numbers, part = followed
+            d = setting.linear.shape[-1] if setting.linear is not None else 0
+            first = made.parameters[0].first if made.parameters else made.block.data.shape[1]
+            found.append(Target(made.name, first - len(range(*part.indices(d * d + d))), numbers, part))
+    return found
+
+
+def keyframe_targets(
+    program: Program, groups: Groups, constraints: Sequence[MotionConstraint], setting: Setting
+) -> dict[str, Targets]:
+    """Where affine keyframes are in the data of a program: last in those of the conditions that they are, and behind.
+
+    groups: of those conditions, as `keyframe_groups` has them.
+    """
+    assert setting.linear is not None  # of affine keyframes
+    places = []
+    for name, which, part in groups:
+        width = program.constraint(name).block.data.shape[1]
+        places.append(Target(name, width - (part.stop - part.start), which, part))
+    count, d = setting.linear.shape[:2]
+    return {"keyframes": Targets(count, d, (*places, *targets_of(program, constraints, setting)))}
 
 
 def built(constraints: Sequence[MotionConstraint], setting: Setting, given: Sequence[Constraint]) -> list[Constraint]:

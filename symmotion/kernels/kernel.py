@@ -81,6 +81,7 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     "jacobian" ∂out/∂z, (C, rows · channels) by rows;
     "barrier" of (z, data, mu, theta, sigma): θ ∂²(muᵀ out)/∂z² + Jᵀ diag(sigma) J in the same blocks, J = ∂out/∂z,
     and the gradient of muᵀ out beside it;
+    "mixed" ∂²φ/∂z∂data, (rows · channels, D) by rows; "shift" ∂φ/∂data, (D,); "data" ∂out/∂data, (C, D) by rows;
     "along" J mu, (C,), and "line" the five coefficients of φ along z + α mu, for out up to quadratic, mu having the
     shape of z in both.
     """
@@ -110,6 +111,12 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
         result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
     elif kind == "jacobian":
         result = ca.vec(ca.densify(ca.jacobian(out, z)).T)
+    elif kind == "mixed":
+        result = ca.vec(ca.densify(ca.jacobian(ca.gradient(phi, z), data)).T)
+    elif kind == "shift":
+        result = ca.gradient(phi, data)
+    elif kind == "data":
+        result = ca.vec(ca.densify(ca.jacobian(out, data)).T)
     elif kind == "along":
         mu = ca.SX.sym("mu", z.numel())
         result = ca.jtimes(out, z, mu)

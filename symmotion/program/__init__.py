@@ -15,6 +15,9 @@ from symmotion.program.program import (
     Program,
     Rekeyed,
     Staged,
+    Target,
+    Targeted,
+    Targets,
 )
 from symmotion.program.quadrature import QUADRATURE, Quadrature
 
@@ -39,5 +42,8 @@ __all__ = [
     "Quadrature",
     "Rekeyed",
     "Staged",
+    "Target",
+    "Targeted",
+    "Targets",
     "excess_at",
 ]

@@ -161,6 +161,37 @@ class Integrated(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
+class Target:
+    """Where positions lie in a block's data: their coordinates `part` from column `first` on.
+
+    numbers: (E,) which of the positions each node has.
+    """
+
+    block: str
+    first: int
+    numbers: np.ndarray
+    part: slice
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """What a program knows of `count` affine positions in d dimensions, d² + d coordinates each, rows of A first."""
+
+    count: int
+    dimension: int
+    places: tuple[Target, ...]
+
+
+@runtime_checkable
+class Targeted(Protocol):
+    """A design that meets or follows affine positions."""
+
+    def targets(self, program: "Program[Any]") -> Mapping[str, Targets]:
+        """By name, such as "keyframes", where they are in the program's data."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
 class Program(Generic[DesignT]):
     """Minimise Σ terms over the unknowns, subject to constraints that keep their multipliers.
 

@@ -8,6 +8,7 @@ from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.newton import ExactNewton
 from symmotion.solvers.options import require_limits
 from symmotion.solvers.plain import PlainIpopt
+from symmotion.solvers.sensitivity import Sensitivity
 from symmotion.solvers.solution import Course, Iteration, Round, Seconds, Solution, Status
 from symmotion.solvers.solver import Solver, conclude, require_equalities, start_multipliers, start_vector
 
@@ -24,6 +25,7 @@ __all__ = [
     "PlainIpopt",
     "Round",
     "Seconds",
+    "Sensitivity",
     "Solution",
     "Solver",
     "Status",

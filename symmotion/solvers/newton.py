@@ -9,6 +9,7 @@ from symmotion.checks import choice
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels
 from symmotion.program import Bounded, DesignT, Evaluator, Program
+from symmotion.solvers.continuing import Continued
 from symmotion.solvers.descent import LEAST, Enough, Point, descend
 from symmotion.solvers.exchanging import exchange
 from symmotion.solvers.feasibility import find_feasible
@@ -107,8 +108,20 @@ class ExactNewton:
         x = start_vector(program, start)
         evaluator = Evaluator(program, kernels or self.kernels, self.threads)
         along = self._bounded if not program.equalities_only else self._straight if program.linear else self._curved
+        if isinstance(start, Solution) and along == self._straight:
+            x, multipliers = self._continued(evaluator, x, start, journal)
+            if multipliers is not None:
+                found = self._concluded(evaluator, x, multipliers, None, journal)
+                if found.status is Status.SOLVED and found.inertia == "positive":
+                    return found
         x, multipliers, failure = along(evaluator, x, start, journal)
+        return self._concluded(evaluator, x, multipliers, failure, journal)
+
+    def _concluded(
+        self, evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray, failure: Failure | None, journal: Journal
+    ) -> Solution:
         journal.solved()
+        program = evaluator.program
         return conclude(
             program,
             self,
@@ -120,6 +133,15 @@ class ExactNewton:
             failure=failure,
             evaluator=evaluator,
         )
+
+    def _continued(
+        self, evaluator: Evaluator, x: np.ndarray, start: Solution, journal: Journal
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Where a minimum moves to, from x, by the factor kept there, and the multipliers where that is the end."""
+        system = self._system(evaluator, x)
+        x = system.feasible(x, evaluator.violation(x))
+        carried = Continued(evaluator, system, start, x, self.tolerance, journal)
+        return carried.x, carried.multipliers
 
     def _straight(
         self, evaluator: Evaluator, x: np.ndarray, start: object, journal: Journal

@@ -24,6 +24,7 @@ from symmotion.program import (
     Quadrature,
 )
 from symmotion.program.state import made_of
+from symmotion.solvers.sensitivity import Sensitivity
 from symmotion.systems import Certificate
 
 
@@ -246,6 +247,19 @@ class Solution(Generic[DesignT]):
         raise SolveError(
             f"{self.solver}: {self.status}, {c.wanting(tolerance)}{': ' + self.message if self.message else ''}"
         )
+
+    def sensitivity(self) -> Sensitivity:
+        """How the minimum moves with keyframes, limits, parameters, samples and weights; see `Sensitivity`.
+
+        The KKT matrix is factorised once, and kept. Raises SolveError where this is no strict minimum, and
+        InputError that names bounds that are met without a multiplier, where derivatives are one-sided.
+
+            moved = solution.x + solution.sensitivity().tangent("keyframes", change)
+        """
+        self.require()
+        if "_sensitivity" not in self.__dict__:
+            self.__dict__["_sensitivity"] = Sensitivity.of(self.program, self.x, self.multiplier_vector)
+        return self.__dict__["_sensitivity"]
 
     plot = plot_solution
     _repr_html_ = as_html

@@ -1,19 +1,23 @@
 """Saddle systems of programs, condensed or sparse, and the certificate of a point."""
 
-from symmotion.systems.certificate import Certificate, certify, system_of
+from symmotion.systems.certificate import Certificate, Inspection, certify, system_of
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.conflicts import conflict, conflicting
 from symmotion.systems.curvature import Curvature
+from symmotion.systems.response import AnyReading, Response, response_of
 from symmotion.systems.saddle import HessianTriangle, Saddle, kkt_pattern
 from symmotion.systems.system import AnyFactor, AnySystem, System, largest, reach, shifted, tenfold
 
 __all__ = [
     "AnyFactor",
+    "AnyReading",
     "AnySystem",
     "Certificate",
     "Condensed",
     "Curvature",
     "HessianTriangle",
+    "Inspection",
+    "Response",
     "Saddle",
     "System",
     "certify",
@@ -22,6 +26,7 @@ __all__ = [
     "kkt_pattern",
     "largest",
     "reach",
+    "response_of",
     "shifted",
     "system_of",
     "tenfold",

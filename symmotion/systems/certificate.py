@@ -16,10 +16,12 @@ from symmotion.program.program import Integrated, Program
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import EPS
 from symmotion.systems.saddle import Saddle
-from symmotion.systems.system import AnySystem, largest, reach, shifted, tenfold
+from symmotion.systems.system import AnyFactor, AnySystem, largest, reach, shifted, tenfold
 
 # Multipliers and distances from a bound below this, relative, count as none: IPOPT's are never exactly zero.
 WEAK = 1e-6
+# Where an interior point ends at a bound without a multiplier, both are this small, and not far from each other.
+NEARLY = 1e-3
 # What sums of some ten numbers may be off by, in roundings of the largest.
 SLOPPY = 64
 # Conditions that are fewer than this in own units, of what the others leave, repeat them.
@@ -85,10 +87,20 @@ class Certificate:
                 found[c.name] = excess_at(parts[c.name], c.lower, c.upper, c.times, c.power)
         return found
 
-    def at(self, program: Program, x: np.ndarray) -> "Certificate":
-        """The same certificate, which knows its point (unknowns,) of a program."""
+    def factor_of(self, system: AnySystem) -> AnyFactor | None:
+        """The factor of the Hessian at the point along conditions that decouple, where it is positive; else None.
+
+        system: that of the program; another one has no part in it.
+        """
+        kept, factor = self.__dict__.get("_factor", (None, None))
+        return factor if kept is system else None
+
+    def at(self, program: Program, x: np.ndarray, kept: tuple[AnySystem, AnyFactor] | None = None) -> "Certificate":
+        """The same certificate, which knows its point (unknowns,) of a program, and the factor there."""
         fresh = replace(self)
         fresh.__dict__["_point"] = program, x
+        if kept is not None:
+            fresh.__dict__["_factor"] = kept
         return fresh
 
     def holds(self, tolerance: float) -> bool:
@@ -141,15 +153,21 @@ def certify(
     multipliers = checks.array(multipliers, (program.conditions,), "multipliers", finite=False)
     if not (np.isfinite(x).all() and np.isfinite(multipliers).all()):
         return NOWHERE
-    return _Inspection(program, evaluator or Evaluator(program), x, multipliers).certificate().at(program, x)
+    inspection = Inspection(program, evaluator or Evaluator(program), x, multipliers)
+    return inspection.certificate().at(program, x, inspection.kept)
 
 
 @dataclass(frozen=True, eq=False)
-class _Inspection:
+class Inspection:
     program: Program
     evaluator: Evaluator
     x: np.ndarray
     multipliers: np.ndarray
+
+    @cached_property
+    def kept(self) -> tuple[AnySystem, AnyFactor] | None:
+        """The system and its factor, of the certificate once that is made, where a later use can have it."""
+        return None
 
     @cached_property
     def values(self) -> np.ndarray:
@@ -196,6 +214,16 @@ class _Inspection:
         """(conditions,) whether a bound is met without a multiplier."""
         met = np.minimum(self.program.upper - self.values, self.values - self.program.lower) / self.reach < WEAK
         return ~self.equal & met & (self.share < WEAK)
+
+    @cached_property
+    def undecided(self) -> np.ndarray:
+        """(conditions,) whether a bound has neither a slack nor a multiplier that counts beside the other."""
+        heaviest = max(largest(self.press), abs(self.evaluator.objective(self.x))) or 1.0
+        share = self.press / heaviest
+        slack = np.minimum(self.program.upper - self.values, self.values - self.program.lower) / self.reach
+        tiny = np.maximum(share, slack) < WEAK
+        close = (np.maximum(share, slack) < NEARLY) & (np.minimum(share, slack) > NEARLY * np.maximum(share, slack))
+        return ~self.equal & (tiny | close)
 
     @cached_property
     def rows(self) -> tuple[np.ndarray, bool]:
@@ -283,6 +311,9 @@ class _Inspection:
         curvature = system.curvature(hessian)
         inertia = curvature.inertia if curvature.direction is None else self._weakened(curvature.direction)
         factor = system.factorise(hessian)
+        if factor is not None and isinstance(system, Condensed):
+            # Another system keeps its factor in memory that later factors take.
+            self.__dict__["kept"] = system, factor
         if factor is None and inertia != "positive":
             factor, _ = shifted(system, hessian.copy(), self.program.unit, tenfold(LEAST_SHIFT, most=MOST_SHIFT))
         if factor is not None:

@@ -1,5 +1,7 @@
 """The condensed saddle system: conditions that decouple are carried by controls of their own."""
 
+from functools import cached_property
+
 import numpy as np
 import scipy.linalg as la
 from scipy import sparse
@@ -134,6 +136,16 @@ class Condensed:
 
     def on_diagonal(self, values: np.ndarray) -> np.ndarray:
         return values.reshape(-1, self.channels)[self.free].ravel()
+
+    @cached_property
+    def lift(self) -> sparse.csr_array:
+        """(unknowns, conditions) Y with J Y = 1, zero but for the pivots: what moves one condition and no other."""
+        columns = sparse.coo_array(self._solve(np.eye(len(self.pivots))))
+        n = len(self.free) + len(self.pivots)
+        lift = sparse.csr_array(
+            (columns.data, (self.pivots[columns.coords[0]], columns.coords[1])), shape=(n, len(self.pivots))
+        )
+        return sparse.csr_array(sparse.kron(lift, sparse.eye_array(self.channels), format="csr"))
 
     def curvature(self, flat: np.ndarray) -> Curvature:
         """The curvature of the reduced Hessian, with a direction Z y that is, if found, the lowest."""

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from symmotion.answers import Band, fit_covariance
 from symmotion.errors import InputError
 from symmotion.fairing import FairingResult
 from symmotion.motions import TwoParameterMotion
@@ -18,7 +19,7 @@ from symmotion.views.motion_plots import STYLES, plot_curve
 from symmotion.views.solutions import keyframe_multipliers, keyframes_of, motion_or_none
 from symmotion.views.style import COLOURS, INK
 
-SolutionKind = Literal["motion", "convergence", "multipliers"]
+SolutionKind = Literal["motion", "convergence", "multipliers", "band"]
 FairingKind = Literal["history", "knots"]
 # Local measures below this share of the largest are rounding: the last steps made them zero.
 FLOOR = 1e-6
@@ -29,14 +30,16 @@ def plot_solution(solution: Solution, axes: Axes | None = None, *, kind: Solutio
 
     kind: "motion", as its own `plot` draws it, with the keyframes; "convergence", stationarity
     over the iterations, and what counts as zero; "multipliers", ‖λᵢ‖ over the keyframes, else
-    over the rows of every constraint. When left out, the motion where it has a picture, else
-    the convergence.
+    over the rows of every constraint; "band", of a fit, how well it is known (`plot_band`). When
+    left out, the motion where it has a picture, else the convergence.
     """
     require_axes(axes)
     motion = motion_or_none(solution)
     if kind is None:
         kind = "convergence" if motion is None else "motion"
-    require_kind(kind, ("motion", "convergence", "multipliers"))
+    require_kind(kind, ("motion", "convergence", "multipliers", "band"))
+    if kind == "band":
+        return plot_band(fit_covariance(solution).band(), axes)
     if kind == "multipliers":
         return _plot_multipliers(solution, axes)
     if kind == "convergence":
@@ -49,6 +52,30 @@ def plot_solution(solution: Solution, axes: Axes | None = None, *, kind: Solutio
         return plot_curve(motion, axes)
     keyframes = keyframes_of(solution)
     return motion.plot(axes) if keyframes is None else motion.plot(axes, keyframes=keyframes)
+
+
+def plot_band(band: Band, axes: Axes | None = None) -> Axes:
+    """The origin's coordinates over time, two standard deviations wide, and two of the turn; returns the axes.
+
+    The turn is read on the right, in degrees.
+    """
+    require_axes(axes)
+    places, times = band.positions.translation, band.times
+    deviations = np.sqrt(np.diagonal(band.places, axis1=1, axis2=2))
+    with on_axes(axes) as target:
+        for k in range(places.shape[1]):
+            low, high = places[:, k] - 2 * deviations[:, k], places[:, k] + 2 * deviations[:, k]
+            target.fill_between(times, low, high, color=COLOURS[k], alpha=0.3, linewidth=0)
+            target.plot(times, places[:, k], STYLES[k], color=COLOURS[k], linewidth=1.0, label=f"${'xyz'[k]}$, ±2σ")
+        target.set_xlabel("time")
+        target.set_ylabel("place")
+        target.plot([], [], ":", color=INK, linewidth=1.2, label="2σ of the turn")
+        beside = target.twinx()
+        beside.plot(times, np.rad2deg(2 * band.turn), ":", color=INK, linewidth=1.2)
+        beside.set_ylim(bottom=0)
+        beside.set_ylabel("turn [°]")
+        legend_above(target)
+    return target
 
 
 def plot_comparison(comparison: Comparison, axes: Axes | None = None) -> Axes:

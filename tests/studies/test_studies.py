@@ -16,7 +16,7 @@ from studies.affine import (
     spatial_keyframes,
     two_keyframes,
 )
-from studies.recorded import recorded_poses
+from studies.recorded import covariance, recorded_poses
 from studies.solving import solvers
 from symmotion.report import StudyOptions
 
@@ -121,3 +121,12 @@ def test_invariance_of_units_holds_for_every_kind_of_program():
     near = [r for r in rows if r["places resolved to"] == 1e-9]
     assert max(r["turns and linear parts off by"] for r in near) < 1e-9
     assert max(r["multipliers off by"] for r in near) < 1e-8
+
+
+def test_bands_of_fits_are_those_of_samples_drawn_anew():
+    result = covariance.STUDY.run(StudyOptions())
+    for row in table(result, "band"):
+        # Over 20 draws and 40 times, of which some ten tell their own: within a tenth.
+        assert row["place, drawn / predicted"] == pytest.approx(1, abs=0.1)
+        assert row["turn, drawn / predicted"] == pytest.approx(1, abs=0.1)
+    assert certified(result)
