@@ -103,6 +103,12 @@ class Along:
             columns.append(np.interp(column, marks, here) if moved else np.clip(column, *space.domain))
         return np.stack(columns, axis=1)
 
+    def breaks(self) -> np.ndarray:
+        spaces = self._where.spaces
+        first, last = max(s.domain[0] for s in spaces), min(s.domain[1] for s in spaces)
+        marks = np.unique(np.concatenate([s.breakpoints for s in spaces]))
+        return np.concatenate([[first], marks[(marks > first) & (marks < last)], [last]])
+
     def at(self, times: np.ndarray, constraint: Constraint) -> Constraint:
         fresh = self.condition.held(self.setting, times)
         old = constraint.block

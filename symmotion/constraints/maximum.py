@@ -24,6 +24,8 @@ SAMPLES = 8
 DENSE = 64
 # Where the end of a span is looked at from its inside, as a share of it.
 INSIDE = 1e-9
+# Beside the ends of a span, as a share of it: a maximum nearer to an end counts as there. What is no jump at a break.
+ASIDE, JUMP = 1e-5, 1e-7
 
 
 @dataclass(frozen=True)
@@ -148,41 +150,58 @@ class Watched:
     def _sampled(self) -> Excess:
         times = _inner(self.breaks, DENSE)
         found = self.excesses(times)
-        peaks, heights = self._refined(times, _local(found), found)
+        local = _local(found)
+        low, high = times[np.maximum(local - 1, 0)], times[np.minimum(local + 1, len(times) - 1)]
+        peaks, heights = self._refined(low, times[local], high, found[local])
         k = int(np.argmax(heights))
         return Excess(max(0.0, float(heights[k])), float(peaks[k]), "sampled")
 
     def peaks(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times (K,) of the local maxima of the excess of every bound, in order, and the excess there."""
-        times = _inner(self.breaks, SAMPLES)
-        values, found = self.at(times), []
+        """Times (K,) of the local maxima of the excess of every bound, in order, and the excess there.
+
+        Every span is looked at by itself: at a break one maximum may hide another behind it.
+        """
+        share = np.concatenate([[0.0, ASIDE], np.arange(1, SAMPLES) / SAMPLES, [1 - ASIDE, 1 - INSIDE]])
+        times = self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * share
+        times[-1, -1] = self.breaks[-1]
+        values, found = self.at(times.ravel()), []
         for side in self.sides:
-            excess = side.excess(values[:, side.component])
+            excess = side.excess(values[:, side.component]).reshape(times.shape)
             excess = np.where(np.isnan(excess), np.inf, excess)
-            found.append(np.stack(self._refined(times, _local(excess), excess, side)))
+            edge = np.full((len(times), 1), -np.inf)
+            before, after = np.hstack([edge, excess[:, :-1]]), np.hstack([excess[:, 1:], edge])
+            local = (excess > before) & (excess >= after)
+            span, inner = np.nonzero(local[:, 1:-1])
+            refined = self._refined(
+                times[span, inner], times[span, inner + 1], times[span, inner + 2], excess[span, inner + 1], side
+            )
+            begins, ends = _met(excess[:, 0], excess[:, -1], local[:, 0], local[:, -1])
+            for which, column in ((begins, 0), (ends, -1)):
+                refined = tuple(
+                    np.concatenate([r, more[which, column]]) for r, more in zip(refined, (times, excess), strict=True)
+                )
+            found.append(np.stack(refined))
         both = np.concatenate(found, axis=1)
         order = np.argsort(both[0], kind="stable")
         return both[0][order], both[1][order]
 
     def _refined(
-        self, times: np.ndarray, local: np.ndarray, excess: np.ndarray, side: Side | None = None
+        self, low: np.ndarray, best: np.ndarray, high: np.ndarray, height: np.ndarray, side: Side | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Maxima near samples: the intervals about them searched, all at once, by ever finer samples."""
-        low, high = times[np.maximum(local - 1, 0)], times[np.minimum(local + 1, len(times) - 1)]
-        best, height = times[local], excess[local]
-        share = np.linspace(0.0, 1.0, 9)[:, None]
+        """Maxima near the best of samples: the intervals about them searched, all at once, by ever finer samples."""
+        share, small = np.linspace(0.0, 1.0, 9)[:, None], 1e-10 * (self.breaks[-1] - self.breaks[0])
         for _ in range(12):
+            if not (high - low > small).any():
+                break
             grid = low + share * (high - low)
             found = self._of(grid.ravel(), side).reshape(grid.shape)
             k = np.argmax(found, axis=0)
-            columns = np.arange(len(local))
+            columns = np.arange(len(best))
             better = found[k, columns] > height
             best = np.where(better, grid[k, columns], best)
             height = np.where(better, found[k, columns], height)
             step = (high - low) / 8
             low, high = np.maximum(best - step, low), np.minimum(best + step, high)
-            if not (high - low > 1e-10 * (times[-1] - times[0])).any():
-                break
         return best, height
 
     def _of(self, times: np.ndarray, side: Side | None) -> np.ndarray:
@@ -203,6 +222,18 @@ def _local(excess: np.ndarray) -> np.ndarray:
     """The samples that are not below their neighbours, one of each plateau."""
     before, after = np.append(-np.inf, excess[:-1]), np.append(excess[1:], -np.inf)
     return np.flatnonzero((excess > before) & (excess >= after))
+
+
+def _met(first: np.ndarray, last: np.ndarray, falls: np.ndarray, rises: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(S,) whether the begin, and whether the end, of a span is a maximum; of the two at a break one at most.
+
+    first, last: (S,) the excess there; falls, rises: whether it falls from the begin, and rises to the end.
+    """
+    left, right, behind, ahead = last[:-1], first[1:], rises[:-1], falls[1:]
+    jump = JUMP * (1 + np.minimum(np.abs(left), np.abs(right)))
+    ends = behind & (left > right + jump)
+    begins = ahead & ~ends & (behind | (right > left + jump))
+    return np.append(falls[:1], begins), np.append(ends, rises[-1:])
 
 
 @dataclass(frozen=True, eq=False)

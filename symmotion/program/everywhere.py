@@ -68,6 +68,10 @@ class Everywhere(Protocol):
         """(N,) its excess at times (N, s), as the program tells them; below 0 inside."""
         ...
 
+    def breaks(self) -> np.ndarray:
+        """(M,) the first and the last of its times, as the program tells them, and those where it may not be smooth."""
+        ...
+
     # Any: a Constraint, which has one of these.
     def at(self, times: np.ndarray, constraint: Any) -> Any:
         """The constraint held at other times (N, s), its kernel and its parameters kept."""

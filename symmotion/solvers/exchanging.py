@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,59 +10,23 @@ import numpy as np
 from symmotion import checks
 from symmotion.program import DesignT, Excess, Program
 from symmotion.program.everywhere import Everywhere
+from symmotion.solvers.contacts import Contacts, Reduced
 from symmotion.solvers.solution import Course, Round, Seconds, Solution, Status
 from symmotion.solvers.solver import require_program, start_vector
 
 # What solves a program at the times that it holds its bounds, from a start.
 Solve: TypeAlias = Callable[[Program[DesignT], object], Solution[DesignT]]
 Times: TypeAlias = Mapping[str, np.ndarray]
-# Times (N, s) of a bound and multipliers (N, C) there.
-Weighted: TypeAlias = tuple[np.ndarray, np.ndarray]
 
 MOST_ROUNDS = 25
 # Of the range of the excess along the start: maxima of it that far inside are held from the beginning.
 NEAR = 0.2
 # The share of the largest multiplier below which a bound does not press.
 IDLE = 1e-7
-# By the time that presses, of how much later the maximum is: to begin with, and what a secant may tell. Seen are −1.5
-# to −30; too short a step costs less than one too long.
-GIVES, SLOPES = -6.0, (-100.0, -0.5)
-# Excess below which the times that press about a maximum are taken for one contact, which is looked for by a secant.
-NARROW = 0.1
-# By how much three rounds lower the excess where moving times converges.
-FALLS = 0.5
-
-
-@dataclass(frozen=True)
-class Bracket:
-    """Where a bound that presses at one time has its maximum at that time: between what was tried.
-
-    The maximum gives way to what presses, and lies on the other side of where they meet. tried: the times so far, the
-    last one last, and by how much the maximum was later each time.
-    """
-
-    tried: tuple[tuple[float, float], ...] = ()
-
-    def with_point(self, time: float, away: float) -> "Bracket":
-        """With another time, and how much later the maximum was."""
-        return Bracket((*self.tried, (time, away)))
-
-    @property
-    def next(self) -> float:
-        """The time to try next: by a secant, inside the bracket."""
-        time, away = self.tried[-1]
-        early = max((t for t, f in self.tried if f > 0), default=-np.inf)
-        late = min((t for t, f in self.tried if f <= 0), default=np.inf)
-        slope = GIVES
-        if len(self.tried) > 1:
-            before, f = self.tried[-2]
-            slope = float(np.clip((away - f) / (time - before), *SLOPES)) if time != before else slope
-        there = time - away / slope
-        return there if early < there < late else 0.5 * (early + late)
-
-
-# By the new time of a contact.
-Moves: TypeAlias = Mapping[float, Bracket]
+# Times as close as that, as a share of their span, are one; times that press are a contact, which idle ones are beside.
+CLOSE, BESIDE = 1e-3, 0.05
+# Rounds after which times that do not press are let go, and promises that are not kept after which none is taken.
+RESTED, BROKEN = 2, 3
 
 
 def bounds_everywhere(program: Program) -> dict[str, Everywhere]:
@@ -97,36 +61,150 @@ def exchange(
         return solve(program, start)
     checks.not_negative(tolerance, "tolerance")
     current = program.with_times(_first(program, bounds, start))
-    found, rounds, moving = solve(current, start), [], True
-    moves: dict[str, Moves] = {name: {} for name in bounds}
+    found, rounds, course = solve(current, start), [], _Course(Reduced(program, bounds), bounds, tolerance)
     solutions = [found]
     while True:
         rounds.append(_round(found, bounds))
-        if rounds[-1].worst <= tolerance or not _good(found) or len(rounds) >= most_rounds:
+        if not _good(found) or len(rounds) >= most_rounds:
             break
-        # Contacts that turn on each other are not found one by one: times stay from then on, which always converges.
-        moving = moving and (len(rounds) < 4 or rounds[-1].worst <= FALLS * rounds[-4].worst)
-        steps = {
-            name: _next(found, name, bounds[name], maxima, tolerance, moves[name] if moving else None)
-            for name, maxima in _peaks(found, bounds).items()
-        }
-        moves = {name: moved for name, (_, moved) in steps.items()}
-        warm = _carried(found, {name: held for name, (held, _) in steps.items()})
+        met = rounds[-1].worst <= tolerance
+        warm = course.last(found) if met else course.next(found)
+        if warm is None:
+            break
         fresh = solve(warm.program, warm)
+        if met:
+            again = _round(fresh, bounds)
+            if _good(fresh) and again.worst <= tolerance:
+                found = fresh
+                solutions.append(fresh)
+                rounds.append(again)
+            break
         if not _good(fresh) and fresh.status not in (Status.STOPPED, Status.TIME_LIMIT):
             fresh = solve(warm.program, None)
         found = fresh
         solutions.append(found)
-    if rounds[-1].worst <= tolerance and _good(found):
-        merged = _merged(found, bounds)
-        if merged is not None:
-            last = solve(merged.program, merged)
-            again = _round(last, bounds)
-            if _good(last) and again.worst <= tolerance:
-                found = last
-                solutions.append(last)
-                rounds.append(again)
     return _told(found, solutions, Course(tolerance, tuple(rounds)))
+
+
+class _Course:
+    """What an exchange remembers: of which times it is said that they do not press, and whether it has to be wary."""
+
+    def __init__(self, reduced: Reduced, bounds: Mapping[str, Everywhere], tolerance: float):
+        self.reduced, self.bounds, self.tolerance = reduced, bounds, tolerance
+        self.rested: dict[tuple[str, float], int] = {}
+        self.dropped: list[tuple[str, float]] = []
+        self.promised = self.broken = 0
+        self.keeps = False
+
+    def last(self, found: Solution[DesignT]) -> Solution[DesignT] | None:
+        """A start with one time for each contact, None where that is so already."""
+        pressing = {name: _pressing(found, name) for name in self.bounds}
+        if not any(p.any() for p in pressing.values()):
+            return None
+        contacts = self._contacts(found)
+        fewer = any(len(np.unique(contacts.times[contacts.bounds == n])) < len(p) for n, p in pressing.items())
+        if not fewer:
+            return None
+        x, contacts = self._settled(found, contacts) or (found.x, contacts)
+        return self._carried(found, x, contacts, {name: np.empty(0) for name in self.bounds})
+
+    def next(self, found: Solution[DesignT]) -> Solution[DesignT]:
+        """A start at the times for the next solve."""
+        self.broken += self.promised
+        self.promised = 0
+        contacts = self._contacts(found)
+        settled = self._settled(found, contacts) if self.broken < BROKEN else None
+        x, contacts = settled or (found.x, contacts)
+        motion: Any = found.program.design.motion(found.program.unpack(x)) if settled else found.motion
+        more: dict[str, np.ndarray] = {}
+        for name, bound in self.bounds.items():
+            peaks, heights = bound.peaks(motion, _values(found.program, name))
+            more[name] = peaks[heights > self.tolerance, 0]
+            if not len(more[name]):
+                # Narrower than the samples: the bound knows where.
+                excess = bound.excess(motion, _values(found.program, name))
+                if excess.value > self.tolerance:
+                    more[name] = np.array([excess.time])
+        if settled and not any(len(m) for m in more.values()):
+            self.promised = 1
+            return self._carried(found, x, contacts, more)
+        for name in self.bounds:
+            more[name] = np.concatenate([more[name], self._idle(found, name, contacts, more[name], not settled)])
+        return self._carried(found, x, contacts, more)
+
+    def _idle(self, found: Solution, name: str, contacts: Contacts, fresh: np.ndarray, adding: bool) -> np.ndarray:
+        """The times of a bound that do not press and stay all the same for a while."""
+        times, pressing = _times(found, name), _pressing(found, name)
+        span = self.reduced.span(name)
+        if not self.keeps:
+            near = [t for n, t in self.dropped if n == name and len(fresh) and np.abs(fresh - t).min() < 0.5 * span(t)]
+            self.keeps = bool(near)
+        before, self.rested = self.rested, {k: v for k, v in self.rested.items() if k[0] != name}
+        kept, taken = [], np.concatenate([contacts.times[contacts.bounds == name], fresh])
+        for time in times[~pressing].tolist():
+            if len(taken) and np.abs(taken - time).min() < (CLOSE if adding else BESIDE) * span(time):
+                continue
+            rounds = before.get((name, time), 0) + 1
+            if rounds >= RESTED and not self.keeps:
+                self.dropped.append((name, time))
+                continue
+            self.rested[name, time] = rounds
+            kept.append(time)
+        return np.array(kept)
+
+    def _contacts(self, found: Solution) -> Contacts:
+        """The contacts of a solution: of times that press on one maximum, what they are together."""
+        parts: list[tuple[str, float, int, float]] = []
+        for name, bound in self.bounds.items():
+            peaks, _ = bound.peaks(found.motion, _values(found.program, name))
+            loads, times = found.program.split(found.multiplier_vector)[name], _times(found, name)
+            heavy = np.abs(loads) > IDLE * max(float(np.abs(loads).max()), 1e-300)
+            owners, span = _owners(found, name, bound, times, peaks), self.reduced.span(name)
+            for component in np.flatnonzero(heavy.any(axis=0)).tolist():
+                rows = np.flatnonzero(heavy[:, component])
+                groups: list[list[int]] = []
+                for row in rows[np.argsort(times[rows])].tolist():
+                    last = groups[-1][-1] if groups else None
+                    if last is not None and np.sign(loads[row, component]) == np.sign(loads[last, component]):
+                        same = owners[row] >= 0 and owners[row] == owners[last]
+                        if same or times[row] - times[last] < CLOSE * span(times[row]):
+                            groups[-1].append(row)
+                            continue
+                    groups.append([row])
+                for group in groups:
+                    weights = loads[group, component]
+                    time = times[group[0]] if len(group) == 1 else float(weights @ times[group] / weights.sum())
+                    parts.append((name, float(time), component, float(weights.sum())))
+        return Contacts.joined(parts)
+
+    def _settled(self, found: Solution, contacts: Contacts) -> tuple[np.ndarray, Contacts] | None:
+        program = found.program
+        if any(np.ptp(c.times, axis=1).any() for c in program.constraints if c.name in self.bounds):
+            return None
+        parts = program.split(found.multiplier_vector)
+        settled = self.reduced.settled(found.x, parts, contacts)
+        return None if settled is None else (settled.x, settled.contacts)
+
+    def _carried(
+        self, found: Solution[DesignT], x: np.ndarray, contacts: Contacts, more: Mapping[str, np.ndarray]
+    ) -> Solution[DesignT]:
+        """A start at other times: a point, with the multipliers of contacts in place of its own, and more times."""
+        parts, held = found.program.split(found.multiplier_vector), {}
+        for name in self.bounds:
+            constraint = found.program.constraint(name)
+            assert constraint.times is not None  # of a bound that is meant for all times
+            slots = constraint.times.shape[1]
+            times, loads = contacts.held(name, slots, constraint.lower.shape[1])
+            extra = np.setdiff1d(more[name], times[:, 0])
+            if not len(times) and not len(extra):
+                extra = constraint.times[:1, 0]
+            times = np.concatenate([times, np.repeat(extra[:, None], slots, axis=1)])
+            loads = np.concatenate([loads, np.zeros((len(extra), loads.shape[1]))])
+            order = np.argsort(times[:, 0], kind="stable")
+            held[name], parts[name] = times[order], loads[order]
+        program = found.program.with_times(held)
+        whole = np.concatenate([parts[c.name].ravel() for c in program.constraints])
+        return replace(found, program=program, x=x, multiplier_vector=whole)
 
 
 def _good(solution: Solution) -> bool:
@@ -160,9 +238,11 @@ def _first(program: Program, bounds: Mapping[str, Everywhere], start: object) ->
     return times
 
 
-def _peaks(solution: Solution, bounds: Mapping[str, Everywhere]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    motion: Any = solution.motion
-    return {name: bound.peaks(motion, _values(solution.program, name)) for name, bound in bounds.items()}
+def _times(solution: Solution, name: str) -> np.ndarray:
+    """(N,) the times at which a bound is held."""
+    times = solution.program.constraint(name).times
+    assert times is not None  # of a bound that is meant for all times
+    return times[:, 0]
 
 
 def _pressing(solution: Solution, name: str) -> np.ndarray:
@@ -171,100 +251,20 @@ def _pressing(solution: Solution, name: str) -> np.ndarray:
     return sizes > IDLE * max(float(sizes.max()), 1e-300)
 
 
-def _next(
-    solution: Solution,
-    name: str,
-    bound: Everywhere,
-    maxima: tuple[np.ndarray, np.ndarray],
-    tolerance: float,
-    moves: Moves | None,
-) -> tuple[Weighted, Moves]:
-    """The times of a bound for the next solve with their multipliers to begin with, and how times were moved.
-
-    moves: how they were moved before; None where times stay, and others are added.
-    """
-    held = solution.program.constraint(name).times
-    assert held is not None  # of a bound that is meant for all times
-    loads, pressing = solution.program.split(solution.multiplier_vector)[name], _pressing(solution, name)
-    (peaks, heights), excess = maxima, solution.certificate.excess[name]
-    times, loads = held[pressing], loads[pressing]
-    kept, moved, open_ = [], {}, heights > tolerance
-    owners = _owners(solution, name, bound, times, peaks, heights)
-    for peak in np.unique(owners).tolist():
-        few, weights = times[owners == peak], loads[owners == peak]
-        if moves is None or not tolerance < heights[peak] < NARROW:
-            kept += zip(few, weights, strict=True)
-            continue
-        open_[peak] = False
-        # Another maximum beside the time gives way with it.
-        open_ &= ~((np.abs(peaks[:, 0] - few[0, 0]) <= np.abs(peaks[peak, 0] - few[0, 0])) & (heights <= heights[peak]))
-        if len(few) > 1:
-            share = np.abs(weights).sum(axis=1)
-            there, so_far = share @ few / share.sum(), Bracket()
-        else:
-            so_far = moves.get(float(few[0, 0]), Bracket()).with_point(
-                float(few[0, 0]), float(peaks[peak, 0] - few[0, 0])
-            )
-            there = few[0] + (so_far.next - few[0, 0])
-        moved[float(there[0])] = so_far
-        kept.append((there, weights.sum(axis=0)))
-    if not moved and not open_.any() and not excess.value <= tolerance:
-        # Narrower than the samples: the bound knows where.
-        kept.append((np.full(held.shape[1], excess.time), np.zeros(loads.shape[1])))
-    kept += [(peaks[k], np.zeros(loads.shape[1])) for k in np.flatnonzero(open_)]
-    if not kept:
-        return (held[:1], np.zeros((1, loads.shape[1]))), {}
-    whole, first = np.unique(np.stack([t for t, _ in kept]), axis=0, return_index=True)
-    return (whole, np.stack([w for _, w in kept])[first]), moved
-
-
-def _owners(
-    solution: Solution, name: str, bound: Everywhere, times: np.ndarray, peaks: np.ndarray, heights: np.ndarray
-) -> np.ndarray:
-    """(N,) the maximum that each time (N, s) presses on: the higher of those beside it, as far as none is shut off.
-
-    Where the excess falls below zero between a time and a maximum, they are no matter of each other.
-    """
-    if not len(times):
-        return np.empty(0, dtype=int)
-    right = np.clip(np.searchsorted(peaks[:, 0], times[:, 0]), 0, len(peaks) - 1)
+def _owners(solution: Solution, name: str, bound: Everywhere, times: np.ndarray, peaks: np.ndarray) -> np.ndarray:
+    """(N,) the maximum beside each time (N,) that is exceeded all the way to it, the nearer one; −1 where none is."""
+    if not len(times) or not len(peaks):
+        return np.full(len(times), -1)
+    right = np.clip(np.searchsorted(peaks[:, 0], times), 0, len(peaks) - 1)
     both = np.stack([np.maximum(right - 1, 0), right])
-    share = np.arange(1, 8)[:, None, None, None] / 8
-    between = times + share * (peaks[both] - times)
-    values = _values(solution.program, name)
-    excess = bound.excesses(solution.motion, values, between.reshape(-1, times.shape[1]))
-    near = np.abs(peaks[both, 0] - times[:, 0])
-    linked = (excess.reshape(between.shape[:3]) > 0).all(axis=0)
-    worth = np.where(linked, heights[both], -np.inf)
-    best, nearest = np.argmax(worth, axis=0), np.argmin(near, axis=0)
-    chosen = np.where(linked.any(axis=0), best, nearest)
-    return both[chosen, np.arange(len(times))]
-
-
-def _carried(solution: Solution[DesignT], held: Mapping[str, Weighted]) -> Solution[DesignT]:
-    """A start at other times: the solution, with their multipliers in place of its own."""
-    program = solution.program.with_times({name: times for name, (times, _) in held.items()})
-    parts = solution.program.split(solution.multiplier_vector) | {name: load for name, (_, load) in held.items()}
-    whole = np.concatenate([parts[c.name].ravel() for c in program.constraints])
-    return replace(solution, program=program, multiplier_vector=whole)
-
-
-def _merged(solution: Solution[DesignT], bounds: Mapping[str, Everywhere]) -> Solution[DesignT] | None:
-    """A start with one time for each contact, None where that is so already."""
-    held, fewer = {}, False
-    for name, (peaks, _) in _peaks(solution, bounds).items():
-        times, pressing = solution.program.constraint(name).times, _pressing(solution, name)
-        loads = solution.program.split(solution.multiplier_vector)[name]
-        assert times is not None  # of a bound that is meant for all times
-        held[name] = times, loads
-        if len(peaks) and pressing.any():
-            nearest = np.argmin(np.abs(times[pressing][:, :1] - peaks[:, 0]), axis=1)
-            contacts, place = np.unique(nearest, return_inverse=True)
-            load = np.zeros((len(contacts), loads.shape[1]))
-            np.add.at(load, place, loads[pressing])
-            held[name] = peaks[contacts], load
-            fewer = fewer or len(contacts) < len(times)
-    return _carried(solution, held) if fewer else None
+    share = np.arange(1, 9)[:, None, None] / 8
+    between = times + share * (peaks[both, 0] - times)
+    slots = np.repeat(between.reshape(-1, 1), peaks.shape[1], axis=1)
+    excess = bound.excesses(solution.motion, _values(solution.program, name), slots).reshape(between.shape)
+    away = np.where((excess > 0).all(axis=0), np.abs(peaks[both, 0] - times), np.inf)
+    nearest = np.argmin(away, axis=0)
+    columns = np.arange(len(times))
+    return np.where(np.isfinite(away[nearest, columns]), both[nearest, columns], -1)
 
 
 def _told(solution: Solution[DesignT], every: list[Solution[DesignT]], course: Course) -> Solution[DesignT]:
