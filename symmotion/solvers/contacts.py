@@ -21,7 +21,7 @@ APART = 1e-4
 # A time that close to the end of a span, as a share of it, is there.
 THERE = 1e-7
 # Steps of times as shares of the span, and of unknowns in own units, after which the next one would be nothing.
-SMALL = 1e-5
+SMALL = 3e-4
 # The share of the way to the next contact that a time goes at most, and of a step what is too little.
 NEIGHBOUR, LEAST = 0.4, 0.05
 # Of values at the times −2, −1, 0, 1, 2 apart the first and second derivatives: from the left, about, from the right.
@@ -242,7 +242,6 @@ class Reduced:
         """(K,) the lengths of the spans that the times lie in, of the shorter one at a break."""
         spans = np.empty(len(contacts.times))
         for name in np.unique(contacts.bounds):
-            here, breaks = contacts.bounds == name, self.breaks[name]
             here = contacts.bounds == name
             spans[here] = _lengths(self.breaks[name], contacts.times[here])
         return spans

@@ -60,8 +60,11 @@ def exchange(
     if not bounds:
         return solve(program, start)
     checks.not_negative(tolerance, "tolerance")
-    current = program.with_times(_first(program, bounds, start))
-    found, rounds, course = solve(current, start), [], _Course(Reduced(program, bounds), bounds, tolerance)
+    found, rounds = solve(program.with_times(_known(bounds, start)), start), []
+    if found.status in (Status.STALLED, Status.ITERATION_LIMIT, Status.FAILED):
+        # Fewer times leave it more ways.
+        found = solve(program.with_times(_near(program, bounds, start)), start)
+    course = _Course(Reduced(program, bounds), bounds, tolerance)
     solutions = [found]
     while True:
         rounds.append(_round(found, bounds))
@@ -79,8 +82,11 @@ def exchange(
                 solutions.append(fresh)
                 rounds.append(again)
             break
-        if not _good(fresh) and fresh.status not in (Status.STOPPED, Status.TIME_LIMIT):
-            fresh = solve(warm.program, None)
+        for other in (warm.program, _joined(warm.program, program, bounds)):
+            if _good(fresh) or fresh.interrupted:
+                break
+            solutions.append(fresh)
+            fresh = solve(other, None)
         found = fresh
         solutions.append(found)
     return _told(found, solutions, Course(tolerance, tuple(rounds)))
@@ -93,13 +99,13 @@ class _Course:
         self.reduced, self.bounds, self.tolerance = reduced, bounds, tolerance
         self.rested: dict[tuple[str, float], int] = {}
         self.dropped: list[tuple[str, float]] = []
-        self.promised = self.broken = 0
+        self.promised, self.broken = False, 0
         self.keeps = False
 
     def last(self, found: Solution[DesignT]) -> Solution[DesignT] | None:
         """A start with one time for each contact, None where that is so already."""
         pressing = {name: _pressing(found, name) for name in self.bounds}
-        if not any(p.any() for p in pressing.values()):
+        if not any(p.any() for p in pressing.values()) or (self.promised and all(p.all() for p in pressing.values())):
             return None
         contacts = self._contacts(found)
         fewer = any(len(np.unique(contacts.times[contacts.bounds == n])) < len(p) for n, p in pressing.items())
@@ -110,8 +116,8 @@ class _Course:
 
     def next(self, found: Solution[DesignT]) -> Solution[DesignT]:
         """A start at the times for the next solve."""
-        self.broken += self.promised
-        self.promised = 0
+        broken, self.promised = self.promised, False
+        self.broken += broken
         contacts = self._contacts(found)
         settled = self._settled(found, contacts) if self.broken < BROKEN else None
         x, contacts = settled or (found.x, contacts)
@@ -120,13 +126,12 @@ class _Course:
         for name, bound in self.bounds.items():
             peaks, heights = bound.peaks(motion, _values(found.program, name))
             more[name] = peaks[heights > self.tolerance, 0]
-            if not len(more[name]):
+            excess = found.certificate.excess[name]
+            if not len(more[name]) and excess.value > self.tolerance and (broken or not settled):
                 # Narrower than the samples: the bound knows where.
-                excess = bound.excess(motion, _values(found.program, name))
-                if excess.value > self.tolerance:
-                    more[name] = np.array([excess.time])
+                more[name] = np.array([excess.time])
         if settled and not any(len(m) for m in more.values()):
-            self.promised = 1
+            self.promised = True
             return self._carried(found, x, contacts, more)
         for name in self.bounds:
             more[name] = np.concatenate([more[name], self._idle(found, name, contacts, more[name], not settled)])
@@ -207,6 +212,12 @@ class _Course:
         return replace(found, program=program, x=x, multiplier_vector=whole)
 
 
+def _joined(held: Program[DesignT], other: Program, bounds: Mapping[str, Everywhere]) -> Program[DesignT]:
+    """A program with the bounds held at the times of another one, too."""
+    both = {n: [np.asarray(p.constraint(n).times) for p in (held, other)] for n in bounds}
+    return held.with_times({n: np.unique(np.concatenate(times), axis=0) for n, times in both.items()})
+
+
 def _good(solution: Solution) -> bool:
     return solution.status in (Status.SOLVED, Status.SADDLE)
 
@@ -222,12 +233,17 @@ def _values(program: Program, name: str) -> dict[str, np.ndarray]:
     return program.constraint(name).parameter_values
 
 
-def _first(program: Program, bounds: Mapping[str, Everywhere], start: object) -> Times:
-    """Where bounds are held to begin with: where they were in a start that was exchanged, or near its maxima."""
+def _known(bounds: Mapping[str, Everywhere], start: object) -> Times:
+    """Where bounds were held in a start that was exchanged."""
     if isinstance(start, Solution) and start.exchange is not None:
         before = {c.name: c.times for c in start.program.constraints if c.times is not None}
         if before.keys() >= bounds.keys():
             return {name: before[name] for name in bounds}
+    return {}
+
+
+def _near(program: Program, bounds: Mapping[str, Everywhere], start: object) -> Times:
+    """The maxima of the excess along the start that are near the limit, or near the largest."""
     motion = program.design.motion(program.unpack(start_vector(program, start)))
     times = {}
     for name, bound in bounds.items():
