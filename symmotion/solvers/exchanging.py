@@ -100,7 +100,7 @@ class _Course:
         self.rested: dict[tuple[str, float], int] = {}
         self.dropped: list[tuple[str, float]] = []
         self.promised, self.broken = False, 0
-        self.keeps = False
+        self.keeps = self.begun = False
 
     def last(self, found: Solution[DesignT]) -> Solution[DesignT] | None:
         """A start with one time for each contact, None where that is so already."""
@@ -125,7 +125,11 @@ class _Course:
         more: dict[str, np.ndarray] = {}
         for name, bound in self.bounds.items():
             peaks, heights = bound.peaks(motion, _values(found.program, name))
-            more[name] = peaks[heights > self.tolerance, 0]
+            # What is close to its limit may exceed it next.
+            beyond = heights > self.tolerance
+            worst = float(heights[beyond].max(initial=0.0))
+            near = heights > -worst if beyond.any() else beyond
+            more[name] = peaks[near, 0]
             excess = found.certificate.excess[name]
             if not len(more[name]) and excess.value > self.tolerance and (broken or not settled):
                 # Narrower than the samples: the bound knows where.
@@ -133,7 +137,8 @@ class _Course:
         if settled and not any(len(m) for m in more.values()):
             self.promised = True
             return self._carried(found, x, contacts, more)
-        for name in self.bounds:
+        began, self.begun = self.begun, True
+        for name in self.bounds if began else ():
             more[name] = np.concatenate([more[name], self._idle(found, name, contacts, more[name], not settled)])
         return self._carried(found, x, contacts, more)
 
@@ -161,21 +166,20 @@ class _Course:
         """The contacts of a solution: of times that press on one maximum, what they are together."""
         parts: list[tuple[str, float, int, float]] = []
         for name, bound in self.bounds.items():
-            peaks, _ = bound.peaks(found.motion, _values(found.program, name))
             loads, times = found.program.split(found.multiplier_vector)[name], _times(found, name)
             heavy = np.abs(loads) > IDLE * max(float(np.abs(loads).max()), 1e-300)
-            owners, span = _owners(found, name, bound, times, peaks), self.reduced.span(name)
+            span = self.reduced.span(name)
             for component in np.flatnonzero(heavy.any(axis=0)).tolist():
                 rows = np.flatnonzero(heavy[:, component])
-                groups: list[list[int]] = []
-                for row in rows[np.argsort(times[rows])].tolist():
-                    last = groups[-1][-1] if groups else None
-                    if last is not None and np.sign(loads[row, component]) == np.sign(loads[last, component]):
-                        same = owners[row] >= 0 and owners[row] == owners[last]
-                        if same or times[row] - times[last] < CLOSE * span(times[row]):
-                            groups[-1].append(row)
-                            continue
-                    groups.append([row])
+                rows = rows[np.argsort(times[rows])]
+                joined = _bridged(found, name, bound, times[rows])
+                groups = [rows[:1].tolist()]
+                for last, row, over in zip(rows, rows[1:], joined, strict=False):
+                    same = loads[row, component] * loads[last, component] > 0
+                    if same and (over or times[row] - times[last] < CLOSE * span(times[row])):
+                        groups[-1].append(row)
+                    else:
+                        groups.append([row])
                 for group in groups:
                     weights = loads[group, component]
                     time = times[group[0]] if len(group) == 1 else float(weights @ times[group] / weights.sum())
@@ -254,6 +258,13 @@ def _near(program: Program, bounds: Mapping[str, Everywhere], start: object) -> 
     return times
 
 
+def _slots(solution: Solution, name: str) -> int:
+    """How many times a bound couples."""
+    times = solution.program.constraint(name).times
+    assert times is not None  # of a bound that is meant for all times
+    return times.shape[1]
+
+
 def _times(solution: Solution, name: str) -> np.ndarray:
     """(N,) the times at which a bound is held."""
     times = solution.program.constraint(name).times
@@ -267,20 +278,14 @@ def _pressing(solution: Solution, name: str) -> np.ndarray:
     return sizes > IDLE * max(float(sizes.max()), 1e-300)
 
 
-def _owners(solution: Solution, name: str, bound: Everywhere, times: np.ndarray, peaks: np.ndarray) -> np.ndarray:
-    """(N,) the maximum beside each time (N,) that is exceeded all the way to it, the nearer one; −1 where none is."""
-    if not len(times) or not len(peaks):
-        return np.full(len(times), -1)
-    right = np.clip(np.searchsorted(peaks[:, 0], times), 0, len(peaks) - 1)
-    both = np.stack([np.maximum(right - 1, 0), right])
-    share = np.arange(1, 9)[:, None, None] / 8
-    between = times + share * (peaks[both, 0] - times)
-    slots = np.repeat(between.reshape(-1, 1), peaks.shape[1], axis=1)
-    excess = bound.excesses(solution.motion, _values(solution.program, name), slots).reshape(between.shape)
-    away = np.where((excess > 0).all(axis=0), np.abs(peaks[both, 0] - times), np.inf)
-    nearest = np.argmin(away, axis=0)
-    columns = np.arange(len(times))
-    return np.where(np.isfinite(away[nearest, columns]), both[nearest, columns], -1)
+def _bridged(solution: Solution, name: str, bound: Everywhere, times: np.ndarray) -> np.ndarray:
+    """(N − 1,) whether a bound is exceeded all the way from one of times (N,) to the next."""
+    if len(times) < 2:
+        return np.empty(0, dtype=bool)
+    between = times[:-1, None] + np.diff(times)[:, None] * np.arange(1, 8) / 8
+    slots = np.repeat(between.reshape(-1, 1), _slots(solution, name), axis=1)
+    excess = bound.excesses(solution.motion, _values(solution.program, name), slots)
+    return (excess.reshape(between.shape) > 0).all(axis=1)
 
 
 def _told(solution: Solution[DesignT], every: list[Solution[DesignT]], course: Course) -> Solution[DesignT]:
