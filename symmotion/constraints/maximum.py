@@ -174,6 +174,7 @@ class Watched:
     def peaks(self) -> tuple[np.ndarray, np.ndarray]:
         """Times (K,) of the local maxima of the excess of every bound, in order, and the excess there.
 
+        Those that cannot reach the limit are samples.
         Every span is looked at by itself: at a break one maximum may hide another behind it.
         """
         share = np.concatenate([[0.0, ASIDE], np.arange(1, SAMPLES) / SAMPLES, [1 - ASIDE, 1 - INSIDE]])
@@ -185,7 +186,11 @@ class Watched:
         local = (excess > before) & (excess >= after)
         side, span, inner = np.nonzero(local[..., 1:-1])
         low, best, high = (times[span, inner + k] for k in range(3))
-        best, height = self._refined(low, best, high, excess[side, span, inner + 1], COARSE, side)
+        left, height, right = (excess[side, span, inner + k] for k in range(3))
+        # Far below the limit a sample will do: what a maximum rises above it is a part of what its neighbours fall.
+        worth = ~(height + np.maximum(height - left, height - right) <= 0)
+        some = tuple(part[worth] for part in (low, best, high, height))
+        best[worth], height[worth] = self._refined(*some, COARSE, side[worth])
         found, heights = [best], [height]
         begins, ends = _met(excess[..., 0], excess[..., -1], local[..., 0], local[..., -1])
         for which, column in ((begins, 0), (ends, -1)):

@@ -61,7 +61,10 @@ class Everywhere(Protocol):
         ...
 
     def peaks(self, motion: object, parameters: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """The times (K, s) of all local maxima of its excess, as the program tells times, and the excess there (K,)."""
+        """The times (K, s) of all local maxima of its excess, as the program tells times, and the excess there (K,).
+
+        Of those that do not reach the limit only about.
+        """
         ...
 
     def excesses(self, motion: object, parameters: Mapping[str, np.ndarray], times: np.ndarray) -> np.ndarray:

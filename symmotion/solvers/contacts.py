@@ -14,6 +14,8 @@ from symmotion.systems import HessianTriangle, largest, reach
 
 # The share of the largest multiplier below which a bound does not press.
 IDLE = 1e-7
+# The multiplier of a contact that begins: of it the sign alone matters.
+BEGIN = 1e-300
 # Steps at most: as long as they converge, four or five serve.
 MOST = 15
 # Between the times of which differences are taken, as a share of the span.
@@ -43,6 +45,13 @@ class Contacts:
         """Of bounds, times, components and multipliers one by one."""
         columns = [np.array(c) for c in zip(*sorted(parts), strict=True)] or [np.empty(0, dtype=int)] * 4
         return Contacts(*columns)
+
+    def with_more(self, others: Sequence["Contacts"]) -> "Contacts":
+        """With others, bound by bound."""
+        every = [(c.bounds, c.times, c.components, c.loads) for c in (self, *others) if len(c.times)]
+        columns = [np.concatenate(column) for column in zip(*every, strict=True)]
+        order = np.argsort(columns[0], kind="stable")
+        return Contacts(*(column[order] for column in columns))
 
     def of(self, which: np.ndarray) -> "Contacts":
         """Some of them."""
@@ -132,8 +141,26 @@ class Reduced:
             contacts = contacts.of(contacts.loads * before.loads > 0)
         return None
 
+    def beginning(self, x: np.ndarray, name: str, times: np.ndarray) -> Contacts:
+        """Contacts at times (N,) at which a bound is exceeded, next to no load yet on what exceeds it most."""
+        constraint = self.program.constraint(name)
+        assert constraint.times is not None  # of a bound that is meant for all times
+        there = self.bounds[name].at(np.repeat(times[:, None], constraint.times.shape[1], axis=1), constraint)
+        program = replace(self.program, terms=(), constraints=(there,), structure=Structure())
+        values = Evaluator(program, self.evaluator.kernels).values(x).reshape(there.lower.shape)
+        over, under = (values - there.upper) / _size(there.upper), (there.lower - values) / _size(there.lower)
+        components = np.argmax(np.maximum(over, under), axis=1)
+        rows = np.arange(len(times))
+        loads = np.where(over[rows, components] > under[rows, components], BEGIN, -BEGIN)
+        return Contacts(np.full(len(times), name), times, components, loads)
+
     def _step(
-        self, x: np.ndarray, y: np.ndarray, pressing: np.ndarray, limits: np.ndarray, contacts: Contacts
+        self,
+        x: np.ndarray,
+        y: np.ndarray,
+        pressing: np.ndarray,
+        limits: np.ndarray,
+        contacts: Contacts,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
         """Steps of unknowns, of both kinds of multipliers, and of times as shares of their spans."""
         rest, evaluator, n = self.rest, self.evaluator, len(x)
@@ -273,6 +300,10 @@ class Reduced:
             here = contacts.bounds == name
             times[here] = np.clip(times[here], breaks[0], breaks[-1])
         return times
+
+
+def _size(limits: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(limits) & (limits != 0), np.abs(limits), 1.0)
 
 
 def _lengths(breaks: np.ndarray, times: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from symmotion import checks
 from symmotion.program import DesignT, Excess, Program
 from symmotion.program.everywhere import Everywhere
-from symmotion.solvers.contacts import Contacts, Reduced
+from symmotion.solvers.contacts import Contacts, Reduced, Settled
 from symmotion.solvers.solution import Course, Round, Seconds, Solution, Status
 from symmotion.solvers.solver import require_program, start_vector
 
@@ -27,6 +27,8 @@ IDLE = 1e-7
 CLOSE, BESIDE = 1e-3, 0.05
 # Rounds after which times that do not press are let go, and promises that are not kept after which none is taken.
 RESTED, BROKEN = 2, 3
+# How often contacts that turn up on the way are settled with the others, before there is a solve.
+SETTLED = 4
 
 
 def bounds_everywhere(program: Program) -> dict[str, Everywhere]:
@@ -111,7 +113,8 @@ class _Course:
         fewer = any(len(np.unique(contacts.times[contacts.bounds == n])) < len(p) for n, p in pressing.items())
         if not fewer:
             return None
-        x, contacts = self._settled(found, contacts) or (found.x, contacts)
+        settled = self._settled(found, found.x, found.program.split(found.multiplier_vector), contacts)
+        x, contacts = (settled.x, settled.contacts) if settled else (found.x, contacts)
         return self._carried(found, x, contacts, {name: np.empty(0) for name in self.bounds})
 
     def next(self, found: Solution[DesignT]) -> Solution[DesignT]:
@@ -119,21 +122,27 @@ class _Course:
         broken, self.promised = self.promised, False
         self.broken += broken
         contacts = self._contacts(found)
-        settled = self._settled(found, contacts) if self.broken < BROKEN else None
-        x, contacts = settled or (found.x, contacts)
-        motion: Any = found.program.design.motion(found.program.unpack(x)) if settled else found.motion
-        more: dict[str, np.ndarray] = {}
-        for name, bound in self.bounds.items():
-            peaks, heights = bound.peaks(motion, _values(found.program, name))
-            # What is close to its limit may exceed it next.
-            beyond = heights > self.tolerance
-            worst = float(heights[beyond].max(initial=0.0))
-            near = heights > -worst if beyond.any() else beyond
-            more[name] = peaks[near, 0]
+        x, settled = found.x, False
+        more, above = self._more(found, x)
+        if self.broken < BROKEN:
+            parts = found.program.split(found.multiplier_vector)
+            fresh = contacts
+            for _ in range(SETTLED):
+                trial = self._settled(found, x, parts, fresh)
+                if trial is None:
+                    break
+                x, parts, contacts, settled = trial.x, parts | dict(trial.multipliers), trial.contacts, True
+                more, above = self._more(found, x)
+                if not any(len(a) for a in above.values()):
+                    break
+                fresh = contacts.with_more(
+                    [self.reduced.beginning(x, name, times) for name, times in above.items() if len(times)]
+                )
+        for name in self.bounds:
             excess = found.certificate.excess[name]
-            if not len(more[name]) and excess.value > self.tolerance and (broken or not settled):
+            if not len(above[name]) and excess.value > self.tolerance and (broken or not settled):
                 # Narrower than the samples: the bound knows where.
-                more[name] = np.array([excess.time])
+                more[name] = np.append(more[name], excess.time)
         if settled and not any(len(m) for m in more.values()):
             self.promised = True
             return self._carried(found, x, contacts, more)
@@ -186,13 +195,25 @@ class _Course:
                     parts.append((name, float(time), component, float(weights.sum())))
         return Contacts.joined(parts)
 
-    def _settled(self, found: Solution, contacts: Contacts) -> tuple[np.ndarray, Contacts] | None:
+    def _more(self, found: Solution, x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """By bound, the times of the maxima at a point that are near the limit, and those that are above it."""
+        motion: Any = found.motion if x is found.x else found.program.design.motion(found.program.unpack(x))
+        near, above = {}, {}
+        for name, bound in self.bounds.items():
+            peaks, heights = bound.peaks(motion, _values(found.program, name))
+            beyond = heights > self.tolerance
+            # What is as far below the limit as others are above may exceed it next.
+            near[name] = peaks[heights > -heights.max(), 0] if beyond.any() else np.empty(0)
+            above[name] = peaks[beyond, 0]
+        return near, above
+
+    def _settled(
+        self, found: Solution, x: np.ndarray, multipliers: Mapping[str, np.ndarray], contacts: Contacts
+    ) -> Settled | None:
         program = found.program
-        if any(np.ptp(c.times, axis=1).any() for c in program.constraints if c.name in self.bounds):
+        if any(np.ptp(np.asarray(program.constraint(name).times), axis=1).any() for name in self.bounds):
             return None
-        parts = program.split(found.multiplier_vector)
-        settled = self.reduced.settled(found.x, parts, contacts)
-        return None if settled is None else (settled.x, settled.contacts)
+        return self.reduced.settled(x, multipliers, contacts)
 
     def _carried(
         self, found: Solution[DesignT], x: np.ndarray, contacts: Contacts, more: Mapping[str, np.ndarray]
