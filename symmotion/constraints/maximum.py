@@ -189,8 +189,9 @@ class Watched:
         left, height, right = (excess[side, span, inner + k] for k in range(3))
         # Far below the limit a sample will do: what a maximum rises above it is a part of what its neighbours fall.
         worth = ~(height + np.maximum(height - left, height - right) <= 0)
-        some = tuple(part[worth] for part in (low, best, high, height))
-        best[worth], height[worth] = self._refined(*some, COARSE, side[worth])
+        best[worth], height[worth] = self._refined(
+            low[worth], best[worth], high[worth], height[worth], COARSE, side[worth]
+        )
         found, heights = [best], [height]
         begins, ends = _met(excess[..., 0], excess[..., -1], local[..., 0], local[..., -1])
         for which, column in ((begins, 0), (ends, -1)):
