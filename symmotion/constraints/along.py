@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
-from symmotion.constraints.maximum import Watched
+from symmotion.constraints.maximum import Looked, Watched
 from symmotion.jets.jet import AnyJet
 from symmotion.jets.seen import Seen, seen
 from symmotion.jets.space import JetSpace
@@ -48,9 +48,14 @@ class Where(Protocol):
 
 def watched(condition: Condition, motions: Sequence[Seen], values: Mapping[str, np.ndarray]) -> Watched:
     """The expression of a condition along motions that are there."""
+    return Watched(motions, looked_at(condition, motions, values))
+
+
+def looked_at(condition: Condition, motions: Sequence[Seen], values: Mapping[str, np.ndarray]) -> Looked:
+    """The expression of a condition for motions of a kind."""
     jets = [motion.symbols(slot) for slot, motion in enumerate(motions)]
     out = condition.said_of(jets, values)
-    return Watched(motions, jets, ca.vec(out), *condition.bounds_for(out), condition.power)
+    return Looked(jets, ca.vec(out), *condition.bounds_for(out), condition.power)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +83,13 @@ class Along:
         return [seen(motion)]
 
     def _watched(self, motions: Sequence[Seen], parameters: Mapping[str, np.ndarray]) -> Watched:
-        return watched(self.condition, motions, parameters)
+        # An exchange looks at one motion after the other.
+        key = tuple((name, value.tobytes()) for name, value in parameters.items())
+        known = self.__dict__.get("_looked")
+        if known is None or known[0] != key:
+            known = key, looked_at(self.condition, motions, parameters)
+            self.__dict__["_looked"] = known
+        return Watched(motions, known[1])
 
     def excess(self, motion: object, parameters: Mapping[str, np.ndarray]) -> Excess:
         return self._watched(self._motions(motion), parameters).excess()
@@ -102,6 +113,12 @@ class Along:
             moved = len(here) == len(marks) and not np.array_equal(here, marks)
             columns.append(np.interp(column, marks, here) if moved else np.clip(column, *space.domain))
         return np.stack(columns, axis=1)
+
+    def breaks(self) -> np.ndarray:
+        spaces = self._where.spaces
+        first, last = max(s.domain[0] for s in spaces), min(s.domain[1] for s in spaces)
+        marks = np.unique(np.concatenate([s.breakpoints for s in spaces]))
+        return np.concatenate([[first], marks[(marks > first) & (marks < last)], [last]])
 
     def at(self, times: np.ndarray, constraint: Constraint) -> Constraint:
         fresh = self.condition.held(self.setting, times)

@@ -1,6 +1,6 @@
 """How far an expression of jets exceeds its bounds anywhere: certified by Bernstein coefficients, or sampled."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,6 +24,10 @@ SAMPLES = 8
 DENSE = 64
 # Where the end of a span is looked at from its inside, as a share of it.
 INSIDE = 1e-9
+# Beside the ends of a span, as a share of it: a maximum nearer to an end counts as there. What is no jump at a break.
+ASIDE, JUMP = 1e-5, 1e-7
+# How often an interval is searched: to 1e-6 of a span, where a maximum differs by 1e-12, or as far as numbers go.
+COARSE, FINE = 8, 12
 
 
 @dataclass(frozen=True)
@@ -50,13 +54,12 @@ def sides_of(lower: np.ndarray, upper: np.ndarray, power: int) -> list[Side]:
 
 
 @dataclass(frozen=True, eq=False)
-class Watched:
-    """An expression of the jets of motions at one time, with its bounds.
+class Looked:
+    """An expression of jets at one time, with its bounds.
 
-    seen: the motions; jets: theirs, of symbols; out: (C, 1) of their entries; lower, upper: (C,).
+    jets: of symbols; out: (C, 1) of their entries; lower, upper: (C,).
     """
 
-    seen: Sequence[Seen]
     jets: Sequence[AnyJet]
     out: ca.SX
     lower: np.ndarray
@@ -72,12 +75,28 @@ class Watched:
         return ca.vertcat(*(jet.entries for jet in self.jets))
 
     @cached_property
-    def _tape(self) -> Tape:
+    def tape(self) -> Tape:
         return Tape.of(self._entries, self.out)
 
     @cached_property
-    def _values(self):
+    def values(self) -> Callable[[np.ndarray], np.ndarray]:
         return values(self._entries, self.out)
+
+
+@dataclass(frozen=True, eq=False)
+class Watched:
+    """An expression of jets along motions, from which they are."""
+
+    seen: Sequence[Seen]
+    looked: Looked
+
+    @property
+    def sides(self) -> list[Side]:
+        return self.looked.sides
+
+    @property
+    def _tape(self) -> Tape:
+        return self.looked.tape
 
     @cached_property
     def breaks(self) -> np.ndarray:
@@ -89,7 +108,7 @@ class Watched:
     def _shares(self) -> list[tuple[Seen, list[int], int]]:
         """Of each motion the entries that are read, and where the first of its entries is."""
         found, first = [], 0
-        for seen, jet in zip(self.seen, self.jets, strict=True):
+        for seen, jet in zip(self.seen, self.looked.jets, strict=True):
             size = jet.entries.numel()
             found.append((seen, [i - first for i in self._tape.needed if first <= i < first + size], first))
             first += size
@@ -99,13 +118,11 @@ class Watched:
         """(N, C) the expression at times (N,), or (N, s) of each jet."""
         times = times if times.ndim > 1 else np.repeat(times[:, None], len(self.seen), axis=1)
         parts = [seen.numbers(times[:, k], needed) for k, (seen, needed, _) in enumerate(self._shares)]
-        return self._values(np.concatenate(parts, axis=1))
+        return self.looked.values(np.concatenate(parts, axis=1))
 
     def excesses(self, times: np.ndarray) -> np.ndarray:
         """(N,) the largest excess of all bounds at times, below 0 inside; infinite where a value is no number."""
-        found = self.at(times)
-        every = np.stack([side.excess(found[:, side.component]) for side in self.sides])
-        return np.where(np.isnan(every), np.inf, every).max(axis=0)
+        return self._every(times).max(axis=0)
 
     def excess(self) -> Excess:
         """The excess anywhere."""
@@ -148,48 +165,76 @@ class Watched:
     def _sampled(self) -> Excess:
         times = _inner(self.breaks, DENSE)
         found = self.excesses(times)
-        peaks, heights = self._refined(times, _local(found), found)
+        local = _local(found)
+        low, high = times[np.maximum(local - 1, 0)], times[np.minimum(local + 1, len(times) - 1)]
+        peaks, heights = self._refined(low, times[local], high, found[local], FINE)
         k = int(np.argmax(heights))
         return Excess(max(0.0, float(heights[k])), float(peaks[k]), "sampled")
 
     def peaks(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times (K,) of the local maxima of the excess of every bound, in order, and the excess there."""
-        times = _inner(self.breaks, SAMPLES)
-        values, found = self.at(times), []
-        for side in self.sides:
-            excess = side.excess(values[:, side.component])
-            excess = np.where(np.isnan(excess), np.inf, excess)
-            found.append(np.stack(self._refined(times, _local(excess), excess, side)))
-        both = np.concatenate(found, axis=1)
-        order = np.argsort(both[0], kind="stable")
-        return both[0][order], both[1][order]
+        """Times (K,) of the local maxima of the excess of every bound, in order, and the excess there.
+
+        Those that cannot reach the limit are samples.
+        Every span is looked at by itself: at a break one maximum may hide another behind it.
+        """
+        share = np.concatenate([[0.0, ASIDE], np.arange(1, SAMPLES) / SAMPLES, [1 - ASIDE, 1 - INSIDE]])
+        times = self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * share
+        times[-1, -1] = self.breaks[-1]
+        excess = self._every(times.ravel()).reshape(-1, *times.shape)
+        edge = np.full((*excess.shape[:2], 1), -np.inf)
+        before, after = np.concatenate([edge, excess[..., :-1]], 2), np.concatenate([excess[..., 1:], edge], 2)
+        local = (excess > before) & (excess >= after)
+        side, span, inner = np.nonzero(local[..., 1:-1])
+        low, best, high = (times[span, inner + k] for k in range(3))
+        left, height, right = (excess[side, span, inner + k] for k in range(3))
+        # Far below the limit a sample will do: what a maximum rises above it is a part of what its neighbours fall.
+        worth = ~(height + np.maximum(height - left, height - right) <= 0)
+        best[worth], height[worth] = self._refined(
+            low[worth], best[worth], high[worth], height[worth], COARSE, side[worth]
+        )
+        found, heights = [best], [height]
+        begins, ends = _met(excess[..., 0], excess[..., -1], local[..., 0], local[..., -1])
+        for which, column in ((begins, 0), (ends, -1)):
+            found.append(np.broadcast_to(times[:, column], which.shape)[which])
+            heights.append(excess[..., column][which])
+        whole, tops = np.concatenate(found), np.concatenate(heights)
+        order = np.argsort(whole, kind="stable")
+        return whole[order], tops[order]
 
     def _refined(
-        self, times: np.ndarray, local: np.ndarray, excess: np.ndarray, side: Side | None = None
+        self,
+        low: np.ndarray,
+        best: np.ndarray,
+        high: np.ndarray,
+        height: np.ndarray,
+        times: int,
+        side: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Maxima near samples: the intervals about them searched, all at once, by ever finer samples."""
-        low, high = times[np.maximum(local - 1, 0)], times[np.minimum(local + 1, len(times) - 1)]
-        best, height = times[local], excess[local]
-        share = np.linspace(0.0, 1.0, 9)[:, None]
-        for _ in range(12):
+        """Maxima near the best of samples: the intervals about them searched, all at once, by ever finer samples.
+
+        times: how often, each of which leaves a quarter. side: which bound each is about, all of them when left out.
+        """
+        share, small = np.linspace(0.0, 1.0, 9)[:, None], 1e-10 * (self.breaks[-1] - self.breaks[0])
+        columns = np.arange(len(best))
+        for _ in range(times):
+            if not (high - low > small).any():
+                break
             grid = low + share * (high - low)
-            found = self._of(grid.ravel(), side).reshape(grid.shape)
+            every = self._every(grid.ravel()).reshape(-1, *grid.shape)
+            found = every.max(axis=0) if side is None else every[side, :, columns].T
             k = np.argmax(found, axis=0)
-            columns = np.arange(len(local))
             better = found[k, columns] > height
             best = np.where(better, grid[k, columns], best)
             height = np.where(better, found[k, columns], height)
             step = (high - low) / 8
             low, high = np.maximum(best - step, low), np.minimum(best + step, high)
-            if not (high - low > 1e-10 * (times[-1] - times[0])).any():
-                break
         return best, height
 
-    def _of(self, times: np.ndarray, side: Side | None) -> np.ndarray:
-        if side is None:
-            return self.excesses(times)
-        found = side.excess(self.at(times)[:, side.component])
-        return np.where(np.isnan(found), np.inf, found)
+    def _every(self, times: np.ndarray) -> np.ndarray:
+        """(sides, N) the excess of every bound at times, below 0 inside; infinite where a value is no number."""
+        found = self.at(times)
+        every = np.stack([side.excess(found[:, side.component]) for side in self.sides])
+        return np.where(np.isnan(every), np.inf, every)
 
 
 def _inner(breaks: np.ndarray, samples: int) -> np.ndarray:
@@ -203,6 +248,18 @@ def _local(excess: np.ndarray) -> np.ndarray:
     """The samples that are not below their neighbours, one of each plateau."""
     before, after = np.append(-np.inf, excess[:-1]), np.append(excess[1:], -np.inf)
     return np.flatnonzero((excess > before) & (excess >= after))
+
+
+def _met(first: np.ndarray, last: np.ndarray, falls: np.ndarray, rises: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(sides, S) whether the begin, and whether the end, of a span is a maximum; of the two at a break one at most.
+
+    first, last: (sides, S) the excess there; falls, rises: whether it falls from the begin, and rises to the end.
+    """
+    left, right, behind, ahead = last[:, :-1], first[:, 1:], rises[:, :-1], falls[:, 1:]
+    jump = JUMP * (1 + np.minimum(np.abs(left), np.abs(right)))
+    ends = behind & (left > right + jump)
+    begins = ahead & ~ends & (behind | (right > left + jump))
+    return np.hstack([falls[:, :1], begins]), np.hstack([ends, rises[:, -1:]])
 
 
 @dataclass(frozen=True, eq=False)

@@ -61,11 +61,18 @@ class Everywhere(Protocol):
         ...
 
     def peaks(self, motion: object, parameters: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """The times (K, s) of all local maxima of its excess, as the program tells times, and the excess there (K,)."""
+        """The times (K, s) of all local maxima of its excess, as the program tells times, and the excess there (K,).
+
+        Of those that do not reach the limit only about.
+        """
         ...
 
     def excesses(self, motion: object, parameters: Mapping[str, np.ndarray], times: np.ndarray) -> np.ndarray:
         """(N,) its excess at times (N, s), as the program tells them; below 0 inside."""
+        ...
+
+    def breaks(self) -> np.ndarray:
+        """(M,) the first and the last of its times, as the program tells them, and those where it may not be smooth."""
         ...
 
     # Any: a Constraint, which has one of these.

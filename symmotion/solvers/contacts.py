@@ -1,99 +1,104 @@
-"""What the times at which bounds press, which move with the data, add to the curvature of a minimum."""
+"""Where bounds press that hold everywhere: times with multipliers, and how far times may go at once."""
 
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
-from symmotion.program import Evaluator, Program
-from symmotion.program.program import Structure
-
-# Steps of the differences in time, of the span that a contact lies in.
-STEP = 1e-3
-# Slopes in time, relative to the curvature times the span, from which on a contact is no maximum but held by an end.
-STANDS = 1e-2
-# Times as close, of the shortest span, are of one contact.
-BESIDE = 0.02
+# Between the times of which differences are taken, as a share of the span.
+APART = 1e-4
+# A time that close to the end of a span, as a share of it, is there.
+THERE = 1e-7
+# The share of the way to the next contact that a time goes at most.
+NEIGHBOUR = 0.4
+# Of values at the times −2, −1, 0, 1, 2 apart the first and second derivatives: from the left, about, from the right.
+FIRST = np.array([[0.5, -2, 1.5, 0, 0], [0, -0.5, 0, 0.5, 0], [0, 0, -1.5, 2, -0.5]])
+SECOND = np.array([[1.0, -2, 1, 0, 0], [0, 1, -2, 1, 0], [0, 0, 1, -2, 1]])
 
 
 @dataclass(frozen=True, eq=False)
-class _Along:
-    """A bound at its contacts and beside them: values (N, C) and Jacobians by number of steps."""
+class Contacts:
+    """Times (K,) at which components (K,) of bounds (K,), by name, press, with multipliers (K,)."""
 
-    values: dict[int, np.ndarray]
-    jacobians: dict[int, sparse.csr_array]
+    bounds: np.ndarray
+    times: np.ndarray
+    components: np.ndarray
+    loads: np.ndarray
+
+    @staticmethod
+    def joined(parts: Sequence[tuple[str, float, int, float]]) -> "Contacts":
+        """Of bounds, times, components and multipliers one by one."""
+        columns = [np.array(c) for c in zip(*sorted(parts), strict=True)] or [np.empty(0, dtype=int)] * 4
+        return Contacts(*columns)
+
+    def with_more(self, others: Sequence["Contacts"]) -> "Contacts":
+        """With others, bound by bound."""
+        every = [(c.bounds, c.times, c.components, c.loads) for c in (self, *others) if len(c.times)]
+        columns = [np.concatenate(column) for column in zip(*every, strict=True)]
+        order = np.argsort(columns[0], kind="stable")
+        return Contacts(*(column[order] for column in columns))
+
+    def of(self, which: np.ndarray) -> "Contacts":
+        """Some of them."""
+        return Contacts(self.bounds[which], self.times[which], self.components[which], self.loads[which])
+
+    def held(self, name: str, slots: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+        """The different times (N, slots) at which a bound presses, and the multipliers (N, width) there."""
+        here = self.of(self.bounds == name)
+        times, place = np.unique(here.times, return_inverse=True)
+        loads = np.zeros((len(times), width))
+        np.add.at(loads, (place, here.components), here.loads)
+        return np.repeat(times[:, None], slots, axis=1), loads
 
 
-def contact_curvature(program: Program, x: np.ndarray, multipliers: np.ndarray) -> sparse.csr_array:
-    """(unknowns, unknowns) −Σ λ g_xτ g_xτᵀ / g_ττ over contacts with multipliers λ at times τ, maxima of g in time.
+def sides_of(
+    times: np.ndarray, spans: np.ndarray, breaks: np.ndarray, excess: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(K,) from where differences are taken, a row of FIRST, and whether the time may move.
 
-    It is what is left of τ in the Hessian of f + λᵀg(x, τ) once ∂g/∂τ = 0 has taken it out. Derivatives in time are
-    differences of fourth order inside a span; contacts at the ends of the motion stay there.
+    excess: (K, 5) at the times apart, up to a constant.
     """
-    n = program.unknowns
-    whole = sparse.csr_array((n, n))
-    bounds = [c for c in program.constraints if c.everywhere is not None and c.times is not None and not c.is_equality]
-    if not bounds:
-        return whole
-    breaks = _breakpoints(program, x)
-    for c in bounds:
-        loads = program.split(multipliers)[c.name]
-        assert c.times is not None  # of these bounds
-        times = c.times[:, 0]
-        span = np.clip(np.searchsorted(breaks, times, side="right") - 1, 0, len(breaks) - 2)
-        widths = np.diff(breaks)[span]
-        inside = (times - 2 * STEP * widths >= breaks[0]) & (times + 2 * STEP * widths <= breaks[-1])
-        h = STEP * np.where(inside, widths, 0.0)
-        beside = _beside(program, c, x, h)
-        h = np.where(inside, h, 1.0)[:, None]
-        g = beside.values
-        slope = (8 * (g[1] - g[-1]) - (g[2] - g[-2])) / (12 * h)
-        bend = (16 * (g[1] + g[-1]) - (g[2] + g[-2]) - 30 * g[0]) / (12 * h**2)
-        # A maximum for an upper bound, a minimum for a lower one.
-        stands = np.abs(slope) <= STANDS * np.abs(bend) * widths[:, None]
-        moves = inside[:, None] & (loads * bend < 0) & stands
-        if not moves.any():
-            continue
-        j = beside.jacobians
-        turning = (8 * (j[1] - j[-1]) - (j[2] - j[-2])) / 12
-        weight = np.where(moves, -loads / np.where(moves, bend, 1.0) / h**2, 0.0).ravel()
-        whole = whole + turning.T @ sparse.diags_array(weight) @ turning
-    return sparse.csr_array(whole)
+    near = breaks[np.argmin(np.abs(breaks - times[:, None]), axis=1)]
+    away = (near - times) / spans
+    side = np.where(np.abs(away) >= 2 * APART, 1, np.where(away > 0, 0, 2))
+    at = np.abs(away) <= THERE
+    before, after = (excess @ FIRST[0] > 0) & (near > breaks[0]), (excess @ FIRST[2] < 0) & (near < breaks[-1])
+    rises_left, rises_right = (near > breaks[0]) & ~before, (near < breaks[-1]) & ~after
+    side = np.where(at, np.where(rises_right, 2, 0), side)
+    return side, ~at | rises_left | rises_right
 
 
-def beside_contacts(program: Program, x: np.ndarray, pressing: np.ndarray) -> np.ndarray:
-    """(conditions,) whether a bound that is meant for all times is held beside a time where it presses.
-
-    An exchange ends with both, and the second says nothing that the first does not. pressing: (conditions,).
-    """
-    found = [np.empty(0, dtype=bool)]
-    parts = program.split(pressing)
-    breaks = None
-    for c in program.constraints:
-        near = np.zeros(c.lower.shape, dtype=bool)
-        if c.everywhere is not None and c.times is not None and not c.is_equality:
-            breaks = _breakpoints(program, x) if breaks is None else breaks
-            apart = np.abs(c.times[:, :1] - c.times[:, 0])
-            close = (apart <= BESIDE * np.diff(breaks).min()) & ~np.eye(len(apart), dtype=bool)
-            near = ((close @ parts[c.name].astype(float)) > 0) & ~parts[c.name]
-        found.append(near.ravel())
-    return np.concatenate(found)
+def together(contacts: Contacts, moves: np.ndarray) -> float:
+    """What of a step keeps the contacts of a component apart."""
+    length = 1.0
+    for name, component in {*zip(contacts.bounds.tolist(), contacts.components.tolist(), strict=True)}:
+        here = (contacts.bounds == name) & (contacts.components == component)
+        order = np.argsort(contacts.times[here])
+        gaps, closing = np.diff(contacts.times[here][order]), -np.diff(moves[here][order])
+        tight = closing > 2 * NEIGHBOUR * gaps
+        if tight.any():
+            length = min(length, float((2 * NEIGHBOUR * gaps[tight] / closing[tight]).min()))
+    return length
 
 
-# Any: motions of all kinds, or several by body.
-def _breakpoints(program: Program, x: np.ndarray) -> np.ndarray:
-    motion: Any = program.design.motion(program.unpack(x))
-    every = list(motion.values()) if isinstance(motion, dict) else [motion]
-    return np.unique(np.concatenate([np.asarray(getattr(m, "breakpoints", None)) for m in every]))
+def stopped(every: Mapping[str, np.ndarray], contacts: Contacts, moves: np.ndarray) -> np.ndarray:
+    """(K,) the times moved, no further than to the next break of their bound."""
+    times = contacts.times + moves
+    for name in np.unique(contacts.bounds):
+        breaks = every[name]
+        for k in np.flatnonzero(contacts.bounds == name):
+            low, high = sorted((contacts.times[k], times[k]))
+            slack = THERE * float(np.diff(breaks).min())
+            crossed = breaks[(breaks > low + slack) & (breaks < high - slack)]
+            if len(crossed):
+                times[k] = crossed[0] if moves[k] > 0 else crossed[-1]
+        here = contacts.bounds == name
+        times[here] = np.clip(times[here], breaks[0], breaks[-1])
+    return times
 
 
-# Any: a constraint of the program.
-def _beside(program: Program, constraint: Any, x: np.ndarray, steps: np.ndarray) -> _Along:
-    values, jacobians = {}, {}
-    for k in range(-2, 3):
-        held = constraint.everywhere.at(constraint.times + k * steps[:, None], constraint)
-        evaluator = Evaluator(replace(program, terms=(), constraints=(held,), structure=Structure()), "interpreted")
-        values[k] = evaluator.values(x).reshape(held.lower.shape)
-        jacobians[k] = evaluator.jacobian(x)
-    return _Along(values, jacobians)
+def span_lengths(breaks: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """(K,) the lengths of the spans in which times (K,) lie, of the shorter one at a break."""
+    lengths = np.diff(breaks)
+    sides = [np.clip(np.searchsorted(breaks, times, side) - 1, 0, len(lengths) - 1) for side in ("left", "right")]
+    return np.minimum(lengths[sides[0]], lengths[sides[1]])

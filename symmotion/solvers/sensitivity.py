@@ -13,7 +13,7 @@ from scipy.sparse.linalg import LinearOperator
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.program import Evaluator, Multipliers, Program
-from symmotion.solvers.contacts import beside_contacts, contact_curvature
+from symmotion.solvers.contact_curvature import beside_contacts, contact_curvature
 from symmotion.solvers.data import Data, Datum
 from symmotion.systems import AnyReading, Inspection, Response, response_of
 
