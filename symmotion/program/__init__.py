@@ -15,6 +15,7 @@ from symmotion.program.program import (
     Program,
     Rekeyed,
     Staged,
+    Turning,
 )
 from symmotion.program.quadrature import QUADRATURE, Quadrature
 
@@ -39,5 +40,6 @@ __all__ = [
     "Quadrature",
     "Rekeyed",
     "Staged",
+    "Turning",
     "excess_at",
 ]

@@ -62,7 +62,7 @@ def test_what_there_is_to_say_of_keyframes_is_said_on_standard_error(tmp_path, c
 def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_path, capsys):
     exact, samples, rigid = (tmp_path / name for name in ("m.json", "m.csv", "m.tum"))
     assert main(["design", str(poses), "-o", str(exact), str(samples), str(rigid), "--orthonormalise"]) == 0
-    motion = sm.read_motion(exact)
+    motion = sm.files.read_motion(exact)
     t = np.linspace(*motion.domain, 30)
     best = sm.ExactNewton().solve(sm.affine_program(KEYS)).motion
     np.testing.assert_allclose(motion(t).linear, best(t).linear, atol=1e-9)
@@ -140,7 +140,7 @@ def test_design_takes_conditions_and_automatic_knots(flags, tmp_path):
     path, out = tmp_path / "closed.json", tmp_path / "m.json"
     sm.write_keyframes(closed, path)
     assert main(["design", str(path), "-o", str(out), *flags]) == 0
-    motion = sm.read_motion(out)
+    motion = sm.files.read_motion(out)
     off = np.abs(motion(closed.times).linear - closed.linear).max()
     assert off == pytest.approx(0.02, abs=1e-5) if "--tolerance" in flags else off < 1e-9
     if "--periodic" in flags:
@@ -170,7 +170,7 @@ def test_design_takes_a_joint_of_a_skeleton(tmp_path, node):
     )
     assert main(["design", str(walk), "--node", node, "-o", str(out)]) == 0
     keys = sm.read_keyframes(walk, node="arm")
-    motion = sm.read_motion(out)
+    motion = sm.files.read_motion(out)
     np.testing.assert_allclose(motion(keys.times).linear, keys.linear, atol=1e-9)
     assert motion.domain == (0, 1)
 
@@ -179,7 +179,7 @@ def test_design_frees_the_times(poses, tmp_path):
     out = tmp_path / "m.json"
     assert main(["design", str(poses), "-o", str(out), "--free-times"]) == 0
     given = sm.ExactNewton().solve(sm.affine_program(KEYS)).require()
-    free = sm.read_motion(out)
+    free = sm.files.read_motion(out)
     assert free.domain == pytest.approx(given.motion.domain)
     assert sm.measure(free, sm.Rigidity()) < given.objective
 
