@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import Generic
 
-import numpy as np
-
 from symmotion import checks
 from symmotion.answers.bounds.extraction import points, rank
 from symmotion.answers.bounds.proof import Proof, proved
@@ -84,9 +82,8 @@ def lower_bound(
     require_program(program)
     checks.positive(time_limit, "time_limit")
     solver = ExactNewton() if solver is None else require_solver(solver)
-    chart = Chart.of(program, _feasible(program))
     known = solver.solve(program, None if start is None else start_vector(program, start)).require()
-    chart = chart.at(known.x)
+    chart = Chart.of(program, known.x)
     places, forms = Moments.of(chart), gram_forms(program, chart)
     answer = relaxed(places, forms, time_limit)
     value = float(places.coefficients(forms) @ answer.moments)
@@ -104,9 +101,5 @@ def lower_bound(
         chart = chart.at(found[0].x)
         places, forms = Moments.of(chart), gram_forms(program, chart)
         answer = relaxed(places, forms, time_limit)
-    proof = proved(program, places, forms, answer, best)
+    proof = proved(program, places, forms, answer, tied)
     return LowerBound(program, proof.value, atoms, tied, value, proof, places.count, answer.status)
-
-
-def _feasible(program: Program) -> np.ndarray:
-    return program.x0

@@ -5,17 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
+from scipy import sparse
 
 from symmotion.answers.bounds.quartic import Chart
 from symmotion.answers.bounds.relaxation import Moments, Relaxed
 from symmotion.design.affine import AffineDesign
 from symmotion.design.terms import parts_of
 from symmotion.energies import Rigidity
-from symmotion.program import Program
+from symmotion.program import Evaluator, Program
+from symmotion.solvers import Solution
+from symmotion.systems import system_of
 
 EPS = float(np.finfo(float).eps)
-SLOPPY = 8  # roundings of a matrix of order one that a factorisation may be off by, for each of its rows
-SHIFTS = 40  # multiples of the identity that are tried, each ten times the one before
+SHIFTS = 50  # multiples of the identity that are tried, each twice the one before
 
 
 @dataclass(frozen=True)
@@ -33,32 +35,90 @@ class Proof:
     valid: bool
 
 
-def proved(program: Program, places: Moments, forms: Sequence[np.ndarray], relaxed: Relaxed, best: float) -> Proof:
-    """The bound from the Gram matrices S of a relaxation about a point where f is as low as is known, f* = best.
+def proved(
+    program: Program, places: Moments, forms: Sequence[np.ndarray], relaxed: Relaxed, minimisers: Sequence[Solution]
+) -> Proof:
+    """The bound from the Gram matrices S of a relaxation about the lowest solution known, first of those that tie.
 
     They are changed so that Σ vᵀSv and f have the same coefficients but the constant one, f₀. With v₀ = 1 and
     S = [[s, bᵀ], [b, C]], vᵀ(S + η I)v ≥ s − bᵀ(C + ηI)⁻¹b, so that f ≥ f₀ − Σ bᵀ(C + ηI)⁻¹b − η Σ |v|² without the
     first entry, the sums over cliques. About the minimiser b is nearly zero; η is zero where C is safely positive
-    definite.
+    definite, and of the order of rounding where several tie, see `_faced`.
     """
-    wanted = places.coefficients(forms)
-    off = (wanted - places.summed(zip(places.every, relaxed.grams, strict=True))) / places.uses
-    grams = [gram + off[place] for place, gram in zip(places.every, relaxed.grams, strict=True)]
-    firsts = {id(blocks[0]) for blocks in places.places}
-    parts = [(g, id(place) in firsts) for g, place in zip(grams, places.every, strict=True)]
+    wanted, best = places.coefficients(forms), minimisers[0].objective
     reach = monomial_reach(program, places.chart, best)
+    found = [_shifted(places, wanted, relaxed.grams, reach)]
+    if len(minimisers) > 1:
+        found.append(_shifted(places, wanted, _faced(places, wanted, relaxed.grams, minimisers), reach))
+    return max(found, key=lambda p: (p.valid, p.value))
+
+
+def _shifted(places: Moments, wanted: np.ndarray, grams: Sequence[np.ndarray], reach: float | None) -> Proof:
+    """The best bound of `proved` over η of growing size."""
+    off = (wanted - places.summed(zip(places.every, grams, strict=True))) / places.uses
+    # The constant coefficient is what the bound is about.
+    off[0] = 0.0
+    firsts = np.cumsum([0, *(len(blocks) for blocks in places.places)])[:-1]
+    parts = [(gram + off[place], k in firsts) for k, (gram, place) in enumerate(zip(grams, places.every, strict=True))]
     scale = max(float(np.abs(g).max()) for g in grams)
-    shifts = [0.0, *(EPS * scale * 10.0 ** (k / 2) for k in range(SHIFTS))]
     found = []
-    for shift in shifts:
+    for shift in (0.0, *(EPS * scale * 2.0**k for k in range(SHIFTS))):
         fall = _fall(parts, shift)
-        if fall is None:
-            continue
-        lost = 0.0 if shift == 0 else shift * (reach or 0.0) * len(places.places)
-        found.append(Proof(float(wanted[0] - fall - lost), shift, reach, shift == 0 or reach is not None))
-        if shift == 0 or reach is None:
-            break
-    return max(found, key=lambda p: p.value) if found else Proof(-np.inf, np.inf, reach, False)
+        if fall is not None:
+            lost = shift * (reach or 0.0) * len(places.places)
+            found.append(Proof(float(wanted[0] - fall - lost), shift, reach, shift == 0 or reach is not None))
+            if shift == 0 or reach is None:
+                break
+    return max(found, key=lambda p: p.value, default=Proof(-np.inf, np.inf, reach, False))
+
+
+def _faced(
+    places: Moments, wanted: np.ndarray, grams: Sequence[np.ndarray], minimisers: Sequence[Solution]
+) -> list[np.ndarray]:
+    """Gram matrices that vanish on the monomials v(u) of all minimisers, whose coefficients are those of f.
+
+    S = N Σ Nᵀ with the columns of N orthogonal to these v(u), Σ what the solver found plus the least change that
+    matches all coefficients but the constant one.
+    """
+    points = [np.r_[1.0, places.chart.free_of(_sharpened(s))] for s in minimisers]
+    blocks = [v for clique in places.chart.cliques for v in clique.blocks]
+    bases = [la.null_space(np.stack([u[v].prod(axis=1) for u in points])) for v in blocks]
+    faces = [n.T @ gram @ n for n, gram in zip(bases, grams, strict=True)]
+    columns = []
+    for n, place in zip(bases, places.every, strict=True):
+        i, j = np.triu_indices(n.shape[1])
+        summing = sparse.csr_array(
+            (np.ones(place.size), (place.ravel(), np.arange(place.size))), (places.count, place.size)
+        )
+        # The products of columns i and j, symmetric: √2 makes the least change that of the matrix.
+        pairs = (n[:, None, i] * n[None, :, j]).reshape(place.size, -1) * np.where(i == j, 1.0, np.sqrt(2.0))
+        columns.append(summing @ pairs)
+    missing = wanted - places.summed((p, n @ f @ n.T) for p, n, f in zip(places.every, bases, faces, strict=True))
+    matrix = np.concatenate(columns, axis=1)[1:]
+    for _ in range(2):  # the second time for what rounding leaves
+        change, *_ = np.linalg.lstsq(matrix, missing[1:], rcond=1e-12)
+        k = 0
+        for index, n in enumerate(bases):
+            i, j = np.triu_indices(n.shape[1])
+            part = np.zeros((n.shape[1],) * 2)
+            part[i, j] = change[k : k + len(i)] / np.where(i == j, 1.0, np.sqrt(2.0))
+            faces[index] = faces[index] + part + np.triu(part, 1).T
+            k += len(i)
+        missing = wanted - places.summed((p, n @ f @ n.T) for p, n, f in zip(places.every, bases, faces, strict=True))
+    return [n @ f @ n.T for n, f in zip(bases, faces, strict=True)]
+
+
+def _sharpened(solution: Solution) -> np.ndarray:
+    """(unknowns,) a minimum after two more Newton steps: what is left of a gradient is rounding."""
+    x, evaluator = solution.x, Evaluator(solution.program)
+    system = system_of(solution.program, evaluator, x)
+    for _ in range(2):
+        gradient, hessian = evaluator.second_order(x, system.pattern)
+        factor = system.factorise(hessian)
+        if factor is None:
+            return solution.x
+        x = x + system.step(factor, gradient)
+    return x
 
 
 def _fall(parts: Sequence[tuple[np.ndarray, bool]], shift: float) -> float | None:
@@ -69,7 +129,8 @@ def _fall(parts: Sequence[tuple[np.ndarray, bool]], shift: float) -> float | Non
         size = len(inner)
         if not size:
             continue
-        safe = SLOPPY * size * EPS * float(np.abs(inner).max())
+        # Where Cholesky's method ends on a matrix less this, the matrix is positive definite: Rump 2006.
+        safe = (size + 2) * EPS / 2 * float(np.abs(np.diag(inner)).sum() + shift * size)
         identity = np.eye(size)
         if la.lapack.dpotrf(inner + (shift - safe) * identity)[1] != 0:
             return None

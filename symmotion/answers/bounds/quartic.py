@@ -31,13 +31,13 @@ class Clique:
 
     @staticmethod
     def of(unknowns: np.ndarray, groups: np.ndarray) -> "Clique":
-        """The clique of unknowns; groups: (free,) the group of every unknown."""
+        """The clique of unknowns; groups: (free,) the group of every unknown, −1 of those without."""
         i, j = np.triu_indices(len(unknowns))
         pairs, group = np.column_stack([unknowns[i], unknowns[j]]) + 1, groups[unknowns]
-        whole = group[i] == group[j]
+        whole = (group[i] == group[j]) & (group[i] >= 0)
         single = np.column_stack([np.full(len(unknowns), NONE), unknowns + 1])
         blocks = [np.concatenate([[[NONE, NONE]], single, pairs[whole]])]
-        names = np.unique(group)
+        names = np.unique(group[group >= 0])
         for a in range(len(names)):
             for b in range(a + 1, len(names)):
                 across = {names[a], names[b]}
@@ -73,6 +73,10 @@ class Chart:
     def point(self, u: np.ndarray) -> np.ndarray:
         """(unknowns,) x of free unknowns."""
         return self.centre + self.basis @ u
+
+    def free_of(self, x: np.ndarray) -> np.ndarray:
+        """(free,) the free unknowns of a point that meets the conditions."""
+        return np.linalg.lstsq(self.basis.toarray(), x - self.centre, rcond=None)[0]
 
     @staticmethod
     def of(program: Program, centre: np.ndarray) -> "Chart":
@@ -195,10 +199,10 @@ def _elements(block: Block, reading: sparse.csr_array) -> Iterator[tuple[slice, 
 def _reads(program: Program, basis: sparse.csr_array) -> tuple[list[np.ndarray], np.ndarray]:
     """The free unknowns that elements read, without sets that are part of others; and (free,) groups of unknowns.
 
-    Residuals multiply unknowns of a group with each other only.
+    Residuals multiply unknowns of a group with each other only; those that they multiply with none have the group −1.
     """
     free = basis.shape[1]
-    found, multiplied = set(), np.eye(free, dtype=bool)
+    found, multiplied = set(), np.zeros((free, free), dtype=bool)
     for block in program.terms:
         width = block.kernel.z.numel()
         _, _, bend = _taylor(block, np.zeros((block.count, width)))
@@ -207,4 +211,5 @@ def _reads(program: Program, basis: sparse.csr_array) -> tuple[list[np.ndarray],
             second = np.einsum("qcab,qai,qbj->ij", np.abs(bend[element]), np.abs(dz), np.abs(dz), optimize=True)
             multiplied[np.ix_(columns, columns)] |= second > 0
     sets = [np.array(c) for c in sorted(found) if not any(set(c) < set(other) for other in found)]
-    return sets, connected_components(sparse.csr_array(multiplied), directed=False)[1]
+    groups = connected_components(sparse.csr_array(multiplied), directed=False)[1]
+    return sets, np.where(multiplied.any(axis=1), groups, -1)

@@ -111,7 +111,7 @@ def relaxed(places: Moments, forms: Sequence[np.ndarray], time_limit: float) -> 
     matrix = sparse.csc_array((weight, (row, number)), shape=(first, places.count))
     constant = matrix[:, [0]].toarray().ravel()
     settings = clarabel.DefaultSettings()
-    settings.verbose = bool(__import__("os").environ.get("CLV"))
+    settings.verbose = False
     settings.max_threads = 1
     settings.direct_solve_method = "faer"
     settings.time_limit = time_limit
