@@ -35,6 +35,9 @@ class Proof:
     valid: bool
 
 
+NOTHING = Proof(-np.inf, np.inf, None, False)
+
+
 def proved(
     program: Program, places: Moments, forms: Sequence[np.ndarray], relaxed: Relaxed, minimisers: Sequence[Solution]
 ) -> Proof:
@@ -43,13 +46,13 @@ def proved(
     They are changed so that Σ vᵀSv and f have the same coefficients but the constant one, f₀. With v₀ = 1 and
     S = [[s, bᵀ], [b, C]], vᵀ(S + η I)v ≥ s − bᵀ(C + ηI)⁻¹b, so that f ≥ f₀ − Σ bᵀ(C + ηI)⁻¹b − η Σ |v|² without the
     first entry, the sums over cliques. About the minimiser b is nearly zero; η is zero where C is safely positive
-    definite, and of the order of rounding where several tie, see `_faced`.
+    definite. Where several tie, which leaves C singular, see `_faced`.
     """
     wanted, best = places.coefficients(forms), minimisers[0].objective
     reach = monomial_reach(program, places.chart, best)
     found = [_shifted(places, wanted, relaxed.grams, reach)]
     if len(minimisers) > 1:
-        found.append(_shifted(places, wanted, _faced(places, wanted, relaxed.grams, minimisers), reach))
+        found.append(_faced(places, wanted, relaxed.grams, minimisers, reach))
     return max(found, key=lambda p: (p.valid, p.value))
 
 
@@ -69,16 +72,20 @@ def _shifted(places: Moments, wanted: np.ndarray, grams: Sequence[np.ndarray], r
             found.append(Proof(float(wanted[0] - fall - lost), shift, reach, shift == 0 or reach is not None))
             if shift == 0 or reach is None:
                 break
-    return max(found, key=lambda p: p.value, default=Proof(-np.inf, np.inf, reach, False))
+    return max(found, key=lambda p: p.value, default=NOTHING)
 
 
 def _faced(
-    places: Moments, wanted: np.ndarray, grams: Sequence[np.ndarray], minimisers: Sequence[Solution]
-) -> list[np.ndarray]:
-    """Gram matrices that vanish on the monomials v(u) of all minimisers, whose coefficients are those of f.
+    places: Moments,
+    wanted: np.ndarray,
+    grams: Sequence[np.ndarray],
+    minimisers: Sequence[Solution],
+    reach: float | None,
+) -> Proof:
+    """The bound of Gram matrices that vanish on the monomials v(u) of all minimisers.
 
     S = N Σ Nᵀ with the columns of N orthogonal to these v(u), Σ what the solver found plus the least change that
-    matches all coefficients but the constant one.
+    matches all coefficients but the constant one. What rounding leaves of the match is a matrix E: f ≥ f₀ − |E| |v|².
     """
     points = [np.r_[1.0, places.chart.free_of(_sharpened(s))] for s in minimisers]
     blocks = [v for clique in places.chart.cliques for v in clique.blocks]
@@ -87,25 +94,39 @@ def _faced(
     columns = []
     for n, place in zip(bases, places.every, strict=True):
         i, j = np.triu_indices(n.shape[1])
-        summing = sparse.csr_array(
-            (np.ones(place.size), (place.ravel(), np.arange(place.size))), (places.count, place.size)
-        )
-        # The products of columns i and j, symmetric: √2 makes the least change that of the matrix.
-        pairs = (n[:, None, i] * n[None, :, j]).reshape(place.size, -1) * np.where(i == j, 1.0, np.sqrt(2.0))
-        columns.append(summing @ pairs)
-    missing = wanted - places.summed((p, n @ f @ n.T) for p, n, f in zip(places.every, bases, faces, strict=True))
-    matrix = np.concatenate(columns, axis=1)[1:]
+        entries = (np.ones(place.size), (place.ravel(), np.arange(place.size)))
+        summing = sparse.csr_array(entries, (places.count, place.size))
+        # Of the products of columns i and j; √2 makes the least change that of the matrix.
+        columns.append(summing @ ((n[:, None, i] * n[None, :, j]).reshape(place.size, -1) * _roots(i, j)))
+    matrix, sizes = np.concatenate(columns, axis=1)[1:], [c.shape[1] for c in columns]
     for _ in range(2):  # the second time for what rounding leaves
-        change, *_ = np.linalg.lstsq(matrix, missing[1:], rcond=1e-12)
-        k = 0
-        for index, n in enumerate(bases):
-            i, j = np.triu_indices(n.shape[1])
-            part = np.zeros((n.shape[1],) * 2)
-            part[i, j] = change[k : k + len(i)] / np.where(i == j, 1.0, np.sqrt(2.0))
-            faces[index] = faces[index] + part + np.triu(part, 1).T
-            k += len(i)
-        missing = wanted - places.summed((p, n @ f @ n.T) for p, n, f in zip(places.every, bases, faces, strict=True))
-    return [n @ f @ n.T for n, f in zip(bases, faces, strict=True)]
+        missing = wanted - _coefficients(places, bases, faces)
+        change, *_ = np.linalg.lstsq(matrix, missing[1:].astype(float), rcond=1e-12)
+        for index, part in enumerate(np.split(change, np.cumsum(sizes)[:-1])):
+            i, j = np.triu_indices(len(faces[index]))
+            upper = np.zeros_like(faces[index])
+            upper[i, j] = part / np.where(i == j, 1.0, np.sqrt(2.0))
+            faces[index] = faces[index] + upper + np.triu(upper, 1).T
+    missing = (wanted - _coefficients(places, bases, faces)).astype(float)
+    # The monomial 1 is one of the v(u), so that Σ has next to nothing to say of the constant coefficient.
+    value, missing[0] = float(missing[0]), 0.0
+    rest = float(np.sqrt(np.sum((missing / places.uses) ** 2 * places.uses)))
+    positive = all(_positive(f, 0.0) is not None for f in faces)
+    lost = rest * (1.0 + (reach or 0.0)) * len(places.places)
+    return Proof(value - lost, rest, reach, positive and reach is not None) if positive else NOTHING
+
+
+def _coefficients(places: Moments, bases: Sequence[np.ndarray], faces: Sequence[np.ndarray]) -> np.ndarray:
+    """(count,) those of Σ vᵀ N Σ Nᵀ v, in longer numbers."""
+    total = np.zeros(places.count, dtype=np.longdouble)
+    for place, n, face in zip(places.every, bases, faces, strict=True):
+        n = n.astype(np.longdouble)
+        np.add.at(total, place.ravel(), (n @ face.astype(np.longdouble) @ n.T).ravel())
+    return total
+
+
+def _roots(i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    return np.where(i == j, 1.0, np.sqrt(2.0))
 
 
 def _sharpened(solution: Solution) -> np.ndarray:
@@ -125,19 +146,24 @@ def _fall(parts: Sequence[tuple[np.ndarray, bool]], shift: float) -> float | Non
     """Σ bᵀ(C + ηI)⁻¹b of Gram matrices, those marked with a first entry; None where one is not safely positive."""
     total = 0.0
     for gram, first in parts:
-        inner = gram[1:, 1:] if first else gram
-        size = len(inner)
-        if not size:
-            continue
-        # Where Cholesky's method ends on a matrix less this, the matrix is positive definite: Rump 2006.
-        safe = (size + 2) * EPS / 2 * float(np.abs(np.diag(inner)).sum() + shift * size)
-        identity = np.eye(size)
-        if la.lapack.dpotrf(inner + (shift - safe) * identity)[1] != 0:
+        factor = _positive(gram[1:, 1:] if first else gram, shift)
+        if factor is None:
             return None
         if first:
-            b = gram[1:, 0]
-            total += float(b @ la.solve(inner + (shift - safe) * identity, b, assume_a="pos"))
+            half = la.solve_triangular(factor, gram[1:, 0], lower=True)
+            total += float(half @ half)
     return total
+
+
+def _positive(matrix: np.ndarray, shift: float) -> np.ndarray | None:
+    """The lower factor of a matrix plus η I less what makes sure that it is positive definite; None where it is not.
+
+    Where Cholesky's method ends on a matrix less (n + 2) u tr, u the unit of rounding, the matrix is: Rump 2006.
+    """
+    n = len(matrix)
+    safe = (n + 2) * EPS / 2 * float(np.abs(np.diag(matrix)).sum() + shift * n)
+    factor, stopped = la.lapack.dpotrf(matrix + (shift - safe) * np.eye(n), lower=1)
+    return factor if stopped == 0 else None
 
 
 def monomial_reach(program: Program, chart: Chart, best: float) -> float | None:
