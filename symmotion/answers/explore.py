@@ -20,9 +20,9 @@ from symmotion.solvers.solver import require_program, require_solver
 from symmotion.systems import largest
 
 # Random starts, and hops from the lowest minimum of before, that are solved before the counts are looked at again.
-DRAWS, HOPS = 3, 5
+DRAWS, HOPS = 2, 6
 # The share of the budget for starts that are not drawn.
-SETTLED = 0.5
+SETTLED = 1 / 3
 # Two minima are one where objectives differ by less, relative, and unknowns by less in the program's units.
 SAME, NEAR = 1e-6, 1e-3
 
@@ -49,6 +49,11 @@ class Exploration(Generic[DesignT]):
         if not self.minima:
             raise InputError("no start led to a minimum: more of them, or another solver, may")
         return self.minima[0]
+
+    @property
+    def objectives(self) -> np.ndarray:
+        """(starts,) the objective of the minimum that each start led to, ∞ where it led to none."""
+        return np.array([self.minima[k].objective if k >= 0 else np.inf for k in self.led])
 
     @property
     def draws(self) -> int:
@@ -116,7 +121,7 @@ def explore(
     """Minima of a program from many starts, and an estimate of those that were missed.
 
     Starts are tried in this order: the program's own; rigid, polar factors interpolated as rotations; rigid with one
-    segment the other way round, those with the largest turns first; staged by degree; up to half of the budget. Then
+    segment the other way round, those with the largest turns first; staged by degree; up to a third of the budget. Then
     random ones in turns with hops. Random ones are drawn independently: noise about the program's own start, noise
     along directions of low curvature, and rigid with either way round by lot. Hops are noise about the lowest minimum
     that is known when they are handed out. All programs have the own start, random ones and hops; the others where they

@@ -14,7 +14,9 @@ OWN, RIGID, STAGED, WINDING, RANDOM, HOP = "own", "rigid", "staged", "winding", 
 # How far random starts lie from the program's own, relative to the spread of its numbers: from near to all over.
 LEAST_SPREAD, MOST_SPREAD = 0.1, 1.0
 # And hops from a minimum that is there already, whose neighbours are often lower.
-LEAST_HOP, MOST_HOP = 0.05, 0.4
+LEAST_HOP, MOST_HOP = 0.1, 1.0
+# The share of the controls that a hop moves where it does not move all.
+LEAST_PART, MOST_PART = 0.1, 0.4
 # Turns in rad from which the other way round is a start of its own.
 LEAST_TURN = 0.25 * np.pi
 # Multiples of the identity that make a Gauss–Newton matrix positive definite, relative to its diagonal.
@@ -76,7 +78,7 @@ def begun(program: Program, start: Start, solver: Solver) -> object:
         return _random(program, np.random.default_rng([start.seed, start.number]))
     if start.base is not None:
         rng = np.random.default_rng([start.seed, start.number, 1])
-        return start.base + _extent(program, rng, LEAST_HOP, MOST_HOP) * rng.normal(size=program.unknowns)
+        return start.base + _hop(program, rng)
     assert isinstance(design, Turning)
     whole = np.zeros(len(design.turns))
     if start.kind == WINDING:
@@ -116,6 +118,18 @@ def _random(program: Program, rng: np.random.Generator) -> np.ndarray:
         if step is not None:
             return x + step * (np.sqrt(len(x)) / (np.linalg.norm(step / extent) or 1.0))
     return x + extent * noise
+
+
+def _hop(program: Program, rng: np.random.Generator) -> np.ndarray:
+    """(unknowns,) noise, by lot on all controls or on some that follow each other."""
+    noise = _extent(program, rng, LEAST_HOP, MOST_HOP) * rng.normal(size=program.unknowns)
+    if rng.random() < 0.5:
+        return noise
+    middle, part = rng.random(), rng.uniform(LEAST_PART, MOST_PART)
+    for values in program.unpack(noise).values():
+        place = np.arange(len(values)) / max(1, len(values) - 1)
+        values[np.abs(place - middle) > max(part / 2, 0.5 / len(values))] = 0.0
+    return noise
 
 
 def _extent(program: Program, rng: np.random.Generator, least: float, most: float) -> np.ndarray:
