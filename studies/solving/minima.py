@@ -78,7 +78,9 @@ def _motions(found: sm.answers.Exploration, keys: sm.Keyframes) -> Figure:
         for axes in panels[len(shown) :]:
             axes.set_visible(False)
         for k, (axes, solution) in enumerate(zip(panels, shown, strict=False)):
-            draw_body(axes, solution.motion, letter_k(), np.linspace(*solution.motion.domain, 17), COLOURS[0], 0.2)
+            draw_body(
+                axes, solution.motion, letter_k(), np.linspace(keys.times[0], keys.times[-1], 17), COLOURS[0], 0.2
+            )
             draw_body(axes, solution.motion, letter_k(), keys.times, COLOURS[5], 0.6)
             draw_path(axes, solution.motion)
             axes.set_title(f"{k}: R = {solution.objective:.4g}, {found.counts[k]} starts", fontsize=8)

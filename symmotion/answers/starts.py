@@ -63,6 +63,14 @@ class FromStart:
 
     solver: Solver
 
+    @property
+    def tolerance(self) -> float:
+        return self.solver.tolerance
+
+    @property
+    def max_iterations(self) -> int:
+        return self.solver.max_iterations
+
     def solve(self, program: Program, start: object = None) -> Solution:
         return self.solver.solve(program, begun(program, start, self.solver) if isinstance(start, Start) else start)
 

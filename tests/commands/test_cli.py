@@ -105,6 +105,8 @@ def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_pa
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--auto-knots", "3"], "leave one out"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "-3"], "--auto-knots -3: a whole number, 0"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "3", "--free-times"], "leave one out"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "3", "--explore", "5"], "leave one out"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--explore", "0"], "--explore 0: a whole number of starts, 1"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--free-times"], "leave one out"),
         (["compare", "{poses}", "-o", "{poses}"], "poses.tum"),
         (["compare", "{poses}", "--solvers", "newton", "magic", "-o", "{tmp}/r"], "solver 'magic' is unknown"),
@@ -207,3 +209,15 @@ def test_objectives_by_name():
     assert objective_by_name("rigidity", 3).name == "R"
     assert objective_by_name("R* + 1e-3*E", 2).name == "R* + 0.001 E"
     assert objective_by_name("2.5e+1*rigidity+energy", 3).name == "25 R + E"
+
+
+def test_design_explores_minima(tmp_path, capsys):
+    linear = np.stack([sm.examples.rotation_2d(a) for a in (0, 150, 320)])
+    keys = sm.Keyframes([0.0, 1.0, 2.0], linear, np.zeros((3, 2)))
+    sm.write_keyframes(keys, tmp_path / "far.csv")
+    out = tmp_path / "m.json"
+    assert main(["design", str(tmp_path / "far.csv"), "-o", str(out), "--refine", "0", "--explore", "8"]) == 0
+    said = capsys.readouterr().out
+    lowest = sm.explore(sm.affine_program(keys, refine=0), budget=8).best
+    assert "minima from 8 starts" in said
+    assert sm.measure(sm.load(out), sm.Rigidity()) == pytest.approx(lowest.objective, rel=1e-9)
