@@ -27,6 +27,7 @@ from symmotion import (
     sweeps,
     systems,
 )
+from symmotion.answers import explore, lower_bound
 from symmotion.batches import solve_many
 from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, Velocity, excess
 from symmotion.design import (
@@ -42,10 +43,9 @@ from symmotion.design import (
 from symmotion.energies import JetEnergy, Rigidity, StrainAcceleration, StrainRate, Torque, TrajectoryEnergy
 from symmotion.errors import InputError, SolveError
 from symmotion.fairing import fair
-from symmotion.files import read_keyframes, read_motion, write_keyframes, write_motion
+from symmotion.files import read_keyframes, write_keyframes, write_motion
 from symmotion.loading import load
-from symmotion.motions import Affine, AffineMotion, Keyframes, PoseMotion, examples, interpolants, quaternions
-from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.motions import Affine, AffineMotion, Keyframes, examples, interpolants, quaternions
 from symmotion.solvers import Elimination, ExactNewton, Ipopt, Solution, compare
 from symmotion.systems import certify
 from symmotion.version import __version__ as __version__
@@ -74,7 +74,9 @@ MOVED = {
     "NoInversion": "constraints",
     "OnLine": "constraints",
     "Periodic": "constraints",
+    "PoseMotion": "motions",
     "Program": "program",
+    "QuaternionMotion": "quaternions",
     "RationalMotion": "motions",
     "RationalQuadratic": "curves",
     "ResultsFile": "batches",
@@ -114,6 +116,7 @@ MOVED = {
     "polynomial_segment": "curves",
     "read_bvh": "files",
     "read_gltf_keyframes": "files",
+    "read_motion": "files",
     "read_two_parameter": "files",
     "shoemake_bezier": "interpolants",
     "shoemake_interpolant": "interpolants",
@@ -163,8 +166,6 @@ __all__ = [
     "JetConstraint",
     "JetEnergy",
     "Keyframes",
-    "PoseMotion",
-    "QuaternionMotion",
     "RateBound",
     "Rigidity",
     "Solution",
@@ -188,6 +189,7 @@ __all__ = [
     "energies",
     "examples",
     "excess",
+    "explore",
     "fair",
     "fairing",
     "files",
@@ -198,6 +200,7 @@ __all__ = [
     "join",
     "kernels",
     "load",
+    "lower_bound",
     "measure",
     "motions",
     "orientation_program",
@@ -205,7 +208,6 @@ __all__ = [
     "program",
     "quaternions",
     "read_keyframes",
-    "read_motion",
     "report",
     "solve_many",
     "solvers",

@@ -21,7 +21,7 @@ def affine(dimension: int, basis: sm.splines.BSplineBasis = BASIS) -> sm.AffineM
     return sm.AffineMotion(basis, linear, RNG.normal(size=(basis.n, dimension)))
 
 
-TURNING = sm.QuaternionMotion(BASIS, QUATERNIONS)
+TURNING = sm.quaternions.QuaternionMotion(BASIS, QUATERNIONS)
 ALONG = sm.splines.Spline(
     sm.splines.BSplineBasis.clamped([0.0, 1.0, 2.0], 2), np.array([[3.0, 3], [3.4, 5], [5, 4], [6, 6]])
 )
@@ -30,9 +30,9 @@ MOTIONS = {
     "affine in the plane": affine(2),
     "affine, periodic": affine(3, CLOSED),
     "quaternion": TURNING,
-    "quaternion, periodic": sm.QuaternionMotion(CLOSED, QUATERNIONS[:4]),
+    "quaternion, periodic": sm.quaternions.QuaternionMotion(CLOSED, QUATERNIONS[:4]),
     "quaternion, interpolated": sm.quaternions.interpolate_quaternions(RIGID),
-    "pose": sm.PoseMotion(
+    "pose": sm.motions.PoseMotion(
         TURNING, sm.splines.Spline(sm.splines.BSplineBasis.clamped([0.0, 1.1, 2.0], 3), RNG.normal(size=(5, 3)))
     ),
     "rational": NET.isoparametric(u=3.7),

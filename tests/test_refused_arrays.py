@@ -108,7 +108,7 @@ DOORS: dict[str, tuple[Any, ...]] = {
     "closest": (lambda t: sm.splines.closest(BASIS, SPLINE, t), np.arange(3.0)),
     "AffineMotion": (lambda a, v: sm.AffineMotion(BASIS, a, v), np.array(AFFINE.linear), np.array(AFFINE.translation)),
     "trajectory": (AFFINE.trajectory, POINTS, INSIDE),
-    "QuaternionMotion": (lambda q: sm.QuaternionMotion(BASIS, q), Q[[0, 1, 2, 3, 2]]),
+    "QuaternionMotion": (lambda q: sm.quaternions.QuaternionMotion(BASIS, q), Q[[0, 1, 2, 3, 2]]),
     "interpolate_quaternions": (sm.quaternions.interpolate_quaternions, T, Q),
     "product": (sm.quaternions.product, Q, Q),
     "exp": (sm.quaternions.exp, V),

@@ -1,6 +1,8 @@
-"""Solutions as answers: what keyframes and times cost, how well fits are known, and where knots pay."""
+"""Solutions as answers: what keyframes and times cost, where knots pay, how well fits are known, which minima there are."""
 
+from symmotion.answers.bounds import LowerBound, lower_bound
 from symmotion.answers.covariance import Band, FitCovariance, fit_covariance, noise_of
+from symmotion.answers.explore import Exploration, explore
 from symmotion.answers.knots import KnotSearch, auto_knots, auxiliary_keyframes
 from symmotion.answers.optimum import optimum_function
 from symmotion.answers.prices import KeyframePrices, keyframe_prices
@@ -8,14 +10,18 @@ from symmotion.answers.times import TimePrices, time_prices
 
 __all__ = [
     "Band",
+    "Exploration",
     "FitCovariance",
     "KeyframePrices",
     "KnotSearch",
+    "LowerBound",
     "TimePrices",
     "auto_knots",
     "auxiliary_keyframes",
+    "explore",
     "fit_covariance",
     "keyframe_prices",
+    "lower_bound",
     "noise_of",
     "optimum_function",
     "time_prices",

@@ -3,7 +3,7 @@
 import argparse
 
 from symmotion import checks
-from symmotion.answers import auto_knots
+from symmotion.answers import Exploration, auto_knots, explore
 from symmotion.commands.films import ALL_FORMATS
 from symmotion.commands.objectives import objective_by_name
 from symmotion.commands.outputs import check_outputs, write_outputs
@@ -26,6 +26,7 @@ from symmotion.energies import Energy
 from symmotion.errors import InputError, SolveError
 from symmotion.files.formats import read_file, row_of, rows
 from symmotion.motions import Keyframes
+from symmotion.program import Program
 from symmotion.solvers import Solution, solver_by_name
 from symmotion.splines.interpolation import ENDS
 
@@ -53,6 +54,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--periodic", action="store_true", help="close the motion with its derivatives")
     parser.add_argument("--tolerance", type=float, metavar="E", help="meet each entry of the A*ᵢ to within E only")
     parser.add_argument("--auto-knots", type=int, metavar="N", help="insert at most N knots, where they pay most")
+    parser.add_argument("--explore", type=int, metavar="N", help="the lowest of the minima that N starts lead to")
     parser.add_argument("--free-times", action="store_true", help="choose the inner keyframe times too, order kept")
     parser.add_argument("--ends", default="natural", metavar="NAME", help="of the start: natural, not-a-knot, periodic")
     add_spline(parser)
@@ -69,12 +71,12 @@ def run(options: argparse.Namespace) -> None:
     with at_fault("--objective"):
         objective = objective_by_name(options.objective, keyframes.dimension)
     try:
-        solution = _solve(options, keyframes, objective)
+        solution, found = _solve(options, keyframes, objective)
     except (InputError, SolveError) as error:
         raise type(error)(f"{options.file}: {error}") from error
     note(options, options.file, solution.program.notes)
     write_outputs(solution.motion, options, WRITTEN, given)
-    say(options, solution)
+    say(options, solution if found is None else f"{solution}\n{found}")
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -89,26 +91,40 @@ def _check(options: argparse.Namespace) -> None:
         with at_fault("--solver"):
             solver_by_name(options.solver)
     conditions = options.periodic or options.tolerance is not None
+    if options.explore is not None:
+        checks.whole(options.explore, 1, "--explore", " of starts")
+        if options.auto_knots is not None:
+            raise InputError("--explore does not go with --auto-knots: leave one out")
     if options.auto_knots is not None and (conditions or options.free_times):
         raise InputError("--auto-knots does not go with --periodic, --tolerance or --free-times: leave one out")
     if options.free_times and conditions:
         raise InputError("--free-times does not go with --periodic or --tolerance: leave one out")
 
 
-def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy) -> Solution:
-    """The optimal motion that the options ask for."""
+def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy) -> tuple[Solution, Exploration | None]:
+    """The optimal motion that the options ask for, and what was explored for it."""
     solver = solver_by_name(options.solver or "newton")
     if options.auto_knots is not None:
-        return auto_knots(
+        search = auto_knots(
             keyframes, degree=options.degree, objective=objective, budget=options.auto_knots, solver=solver
-        ).solution
+        )
+        return search.solution, None
+    program = _program(options, keyframes, objective)
+    if options.explore is None:
+        return solver.solve(program).require(), None
+    found = explore(program, budget=options.explore, solver=solver)
+    # Where no start led to a minimum, the own one says why.
+    return (found.best if found.minima else solver.solve(program).require()), found
+
+
+def _program(options: argparse.Namespace, keyframes: Keyframes, objective: Energy) -> Program:
+    """The program that the options ask for."""
     if options.free_times:
-        program = free_times_program(keyframes, degree=options.degree, refine=options.refine, objective=objective)
-        return solver.solve(program).require()
+        return free_times_program(keyframes, degree=options.degree, refine=options.refine, objective=objective)
     constraints: list[MotionConstraint] = [Periodic()] if options.periodic else []
     if options.tolerance is not None:
         constraints.append(Tolerance(linear=options.tolerance))
-    program = affine_program(
+    return affine_program(
         keyframes,
         degree=options.degree,
         refine=options.refine,
@@ -116,4 +132,3 @@ def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy)
         constraints=constraints,
         ends=options.ends,
     )
-    return solver.solve(program).require()

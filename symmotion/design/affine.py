@@ -27,6 +27,7 @@ from symmotion.design.question import (
     require_times,
     require_volume,
 )
+from symmotion.design.rigid_start import rigid_spline, turns_between
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
@@ -217,6 +218,17 @@ class AffineDesign:
         """The unknowns that represent a motion, exactly where the space holds it."""
         require_start(motion, AffineMotion, self.keyframes.dimension)
         return {UNKNOWN: self._unknowns(represent(self.basis, motion.spline, self.keyframes.times))}
+
+    @property
+    def turns(self) -> np.ndarray:
+        """(M − 1,) the angles in rad between the keyframes' polar factors; none where some reflect others."""
+        return turns_between(self.keyframes)
+
+    def rigid(self, whole: np.ndarray | None = None) -> dict[str, np.ndarray]:
+        """The unknowns of a motion that turns rigidly, see `rigid_spline`; whole: (M − 1,) turns added."""
+        return {
+            UNKNOWN: self._unknowns(represent(self.basis, rigid_spline(self.keyframes, whole), self.keyframes.times))
+        }
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint, the keyframes' in the keyframes' shape.

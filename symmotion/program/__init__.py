@@ -18,6 +18,7 @@ from symmotion.program.program import (
     Target,
     Targeted,
     Targets,
+    Turning,
 )
 from symmotion.program.quadrature import QUADRATURE, Quadrature
 
@@ -45,5 +46,6 @@ __all__ = [
     "Target",
     "Targeted",
     "Targets",
+    "Turning",
     "excess_at",
 ]

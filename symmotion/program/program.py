@@ -139,6 +139,20 @@ class Staged(Protocol):
 
 
 @runtime_checkable
+class Turning(Protocol):
+    """A design whose motion turns from keyframe to keyframe, and could turn the other way round."""
+
+    @property
+    def turns(self) -> np.ndarray:
+        """(M − 1,) the angles in rad, 0 to π, between neighbours; none where no rotations lead from one to the next."""
+        ...
+
+    def rigid(self, whole: np.ndarray | None = None) -> Mapping[str, np.ndarray]:
+        """The unknowns of a motion that turns rigidly, with (M − 1,) whole turns added: −1 for the other way round."""
+        ...
+
+
+@runtime_checkable
 class Noted(Protocol):
     """A design with something to say of what it was given, which it takes all the same."""
 

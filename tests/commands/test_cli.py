@@ -62,7 +62,7 @@ def test_what_there_is_to_say_of_keyframes_is_said_on_standard_error(tmp_path, c
 def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_path, capsys):
     exact, samples, rigid = (tmp_path / name for name in ("m.json", "m.csv", "m.tum"))
     assert main(["design", str(poses), "-o", str(exact), str(samples), str(rigid), "--orthonormalise"]) == 0
-    motion = sm.read_motion(exact)
+    motion = sm.files.read_motion(exact)
     t = np.linspace(*motion.domain, 30)
     best = sm.ExactNewton().solve(sm.affine_program(KEYS)).motion
     np.testing.assert_allclose(motion(t).linear, best(t).linear, atol=1e-9)
@@ -105,6 +105,8 @@ def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_pa
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--auto-knots", "3"], "leave one out"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "-3"], "--auto-knots -3: a whole number, 0"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "3", "--free-times"], "leave one out"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "3", "--explore", "5"], "leave one out"),
+        (["design", "{poses}", "-o", "{tmp}/m.json", "--explore", "0"], "--explore 0: a whole number of starts, 1"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--free-times"], "leave one out"),
         (["compare", "{poses}", "-o", "{poses}"], "poses.tum"),
         (["compare", "{poses}", "--solvers", "newton", "magic", "-o", "{tmp}/r"], "solver 'magic' is unknown"),
@@ -140,7 +142,7 @@ def test_design_takes_conditions_and_automatic_knots(flags, tmp_path):
     path, out = tmp_path / "closed.json", tmp_path / "m.json"
     sm.write_keyframes(closed, path)
     assert main(["design", str(path), "-o", str(out), *flags]) == 0
-    motion = sm.read_motion(out)
+    motion = sm.files.read_motion(out)
     off = np.abs(motion(closed.times).linear - closed.linear).max()
     assert off == pytest.approx(0.02, abs=1e-5) if "--tolerance" in flags else off < 1e-9
     if "--periodic" in flags:
@@ -170,7 +172,7 @@ def test_design_takes_a_joint_of_a_skeleton(tmp_path, node):
     )
     assert main(["design", str(walk), "--node", node, "-o", str(out)]) == 0
     keys = sm.read_keyframes(walk, node="arm")
-    motion = sm.read_motion(out)
+    motion = sm.files.read_motion(out)
     np.testing.assert_allclose(motion(keys.times).linear, keys.linear, atol=1e-9)
     assert motion.domain == (0, 1)
 
@@ -179,7 +181,7 @@ def test_design_frees_the_times(poses, tmp_path):
     out = tmp_path / "m.json"
     assert main(["design", str(poses), "-o", str(out), "--free-times"]) == 0
     given = sm.ExactNewton().solve(sm.affine_program(KEYS)).require()
-    free = sm.read_motion(out)
+    free = sm.files.read_motion(out)
     assert free.domain == pytest.approx(given.motion.domain)
     assert sm.measure(free, sm.Rigidity()) < given.objective
 
@@ -207,3 +209,15 @@ def test_objectives_by_name():
     assert objective_by_name("rigidity", 3).name == "R"
     assert objective_by_name("R* + 1e-3*E", 2).name == "R* + 0.001 E"
     assert objective_by_name("2.5e+1*rigidity+energy", 3).name == "25 R + E"
+
+
+def test_design_explores_minima(tmp_path, capsys):
+    linear = np.stack([sm.examples.rotation_2d(a) for a in (0, 150, 320)])
+    keys = sm.Keyframes([0.0, 1.0, 2.0], linear, np.zeros((3, 2)))
+    sm.write_keyframes(keys, tmp_path / "far.csv")
+    out = tmp_path / "m.json"
+    assert main(["design", str(tmp_path / "far.csv"), "-o", str(out), "--refine", "0", "--explore", "8"]) == 0
+    said = capsys.readouterr().out
+    lowest = sm.explore(sm.affine_program(keys, refine=0), budget=8).best
+    assert "minima from 8 starts" in said
+    assert sm.measure(sm.load(out), sm.Rigidity()) == pytest.approx(lowest.objective, rel=1e-9)

@@ -104,7 +104,7 @@ def test_a_motion_is_sampled_or_becomes_a_scene(tmp_path, saved, capsys):
     samples, scene = tmp_path / "m.csv", tmp_path / "m.glb"
     options = ["--rate", "3", "--seconds", "2", "--tolerance", "1e-3"]
     assert main(["convert", str(source), "-o", str(samples), str(scene), str(exact), *options]) == 0
-    assert sm.read_motion(exact) == MOTION
+    assert sm.files.read_motion(exact) == MOTION
     read = sm.read_keyframes(samples)
     np.testing.assert_allclose(np.diff(read.times), 1 / 3)
     np.testing.assert_array_equal(read.linear, MOTION(read.times).linear)

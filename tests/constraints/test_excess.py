@@ -18,7 +18,7 @@ AFFINE = sm.affine_program(KEYS, refine=1).design.start
 MOTION = sm.AffineMotion.from_spline(AFFINE, 3)
 TURNING = sm.quaternions.interpolate_quaternions(KEYS.times, KEYS.rotations())
 PATH = sm.splines.cubic_interpolant(KEYS.times, KEYS.translation)
-POSE = sm.PoseMotion(TURNING, PATH)
+POSE = sm.motions.PoseMotion(TURNING, PATH)
 
 
 def highest(function, breaks, samples=400):

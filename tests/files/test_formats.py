@@ -164,7 +164,7 @@ def test_rows_say_what_their_functions_take(row, way):
 DOORS: dict[Any, tuple[Any, ...]] = {  # Any: functions of different arguments
     sm.read_keyframes: ("read", "keyframes"),
     sm.write_keyframes: ("write", "keyframes"),
-    sm.read_motion: ("read", "motion"),
+    sm.files.read_motion: ("read", "motion"),
     sm.write_motion: ("write", "motion", "scene"),
     sm.files.read_two_parameter: ("read", "net"),
     sm.files.write_two_parameter: ("write", "net"),
@@ -198,7 +198,7 @@ def test_formats_that_share_an_ending_tell_files_apart(tmp_path, holds, write):
     path = tmp_path / "a.json"
     write(path)
     assert [row.holds for row in FORMATS if row.claims is not None and row.claims(path)] == [holds]
-    read = {"keyframes": sm.read_keyframes, "motion": sm.read_motion, "net": sm.files.read_two_parameter}[holds]
+    read = {"keyframes": sm.read_keyframes, "motion": sm.files.read_motion, "net": sm.files.read_two_parameter}[holds]
     assert read(path) == GIVEN[holds]
 
 
@@ -206,7 +206,7 @@ def test_what_was_saved_of_another_class_is_refused_by_name(tmp_path):
     path = tmp_path / "a.json"
     sm.interpolants.log_blend(KEYS).save(path)
     with pytest.raises(sm.InputError, match=r"a.json: holds a Interpolant: a AffineMotion is needed; `load` reads any"):
-        sm.read_motion(path)
+        sm.files.read_motion(path)
 
 
 # What belongs to no door
@@ -237,7 +237,7 @@ def test_directories(door, tmp_path):
     ("door", "value", "already"),
     [
         (sm.read_keyframes, KEYS, "these are keyframes"),
-        (sm.read_motion, MOTION, "this is a motion"),
+        (sm.files.read_motion, MOTION, "this is a motion"),
         (sm.files.read_two_parameter, NET, "this is a two-parameter motion"),
     ],
 )

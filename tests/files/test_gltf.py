@@ -23,10 +23,10 @@ def spline_motion(basis: sm.splines.BSplineBasis, dimension: int = 3, place=0.0)
     )
 
 
-def pose_motion(degree: int = 3) -> sm.PoseMotion:
+def pose_motion(degree: int = 3) -> sm.motions.PoseMotion:
     poses = sm.examples.random_keyframes(5, 80, 2)
     path = sm.splines.cubic_interpolant(poses.times, poses.translation)
-    return sm.PoseMotion(
+    return sm.motions.PoseMotion(
         sm.quaternions.interpolate_quaternions(poses.times, poses.rotations()), path.elevated(degree - 3)
     )
 
@@ -157,7 +157,7 @@ def test_fewer_keys_for_a_larger_tolerance_and_the_error_is_what_is_stated(tmp_p
 def test_an_orientation_alone_turns_about_the_origin(tmp_path):
     motion = pose_motion()
     written = write_gltf(motion.orientation, tmp_path / "m.glb")
-    turning = sm.PoseMotion(
+    turning = sm.motions.PoseMotion(
         motion.orientation, sm.splines.Spline(motion.orientation.basis, np.zeros((motion.orientation.basis.n, 3)))
     )
     assert worst_distance(turning, tmp_path / "m.glb", RNG.uniform(*motion.domain, 30)) <= 1.05 * written.error
@@ -208,17 +208,21 @@ def test_one_sided_slopes_and_jumps():
 def test_whole_turns_between_looks_are_seen(tmp_path, write, turns):
     # Sixteen turns in one span look like rest at every sixteenth of it.
     ends = np.array([[1.0, 0, 0, 0], [1, 0, 0, 0]])
-    spin = sm.QuaternionMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), ends, np.array([[0, 0, turns * np.pi]]))
+    spin = sm.quaternions.QuaternionMotion(
+        sm.splines.BSplineBasis.clamped([0, 1], 1), ends, np.array([[0, 0, turns * np.pi]])
+    )
     assert write(spin, tmp_path / f"m.{'glb' if write is write_gltf else 'usda'}").keys > 2 * turns
 
 
 @pytest.mark.parametrize("turns", [16, 3])
 def test_a_spinning_node_is_where_the_motion_has_it(tmp_path, turns):
     ends = np.array([[1.0, 0, 0, 0], [1, 0, 0, 0]])
-    spin = sm.QuaternionMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), ends, np.array([[0, 0, turns * np.pi]]))
+    spin = sm.quaternions.QuaternionMotion(
+        sm.splines.BSplineBasis.clamped([0, 1], 1), ends, np.array([[0, 0, turns * np.pi]])
+    )
     still_ = sm.splines.Spline(sm.splines.BSplineBasis.clamped([0, 1], 1), np.zeros((2, 3)))
     written = write_gltf(spin, tmp_path / "m.glb")
-    worst = worst_distance(sm.PoseMotion(spin, still_), tmp_path / "m.glb", RNG.uniform(0, 1, 40))
+    worst = worst_distance(sm.motions.PoseMotion(spin, still_), tmp_path / "m.glb", RNG.uniform(0, 1, 40))
     assert worst <= 1e-4 * written.size
 
 

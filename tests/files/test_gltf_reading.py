@@ -184,9 +184,9 @@ def test_a_file_of_pygltflib_s_making(tmp_path):
     assert read_keyframes(tmp_path / "a.glb", times=[5, 6, 7]).times.tolist() == [5, 6, 7]
 
 
-def pose() -> sm.PoseMotion:
+def pose() -> sm.motions.PoseMotion:
     keys = sm.examples.random_keyframes(4, 70, 3)
-    return sm.PoseMotion(
+    return sm.motions.PoseMotion(
         sm.quaternions.interpolate_quaternions(keys.times, keys.rotations()),
         sm.splines.cubic_interpolant(keys.times, keys.translation),
     )

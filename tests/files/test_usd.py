@@ -19,10 +19,10 @@ def linear_motion(dimension: int = 3) -> sm.AffineMotion:
     return sm.AffineMotion(basis, rng.normal(size=(4, dimension, dimension)), rng.normal(size=(4, dimension)))
 
 
-def pose_motion() -> sm.PoseMotion:
+def pose_motion() -> sm.motions.PoseMotion:
     poses = sm.examples.random_keyframes(5, 80, 2)
     path = sm.splines.cubic_interpolant(poses.times, poses.translation)
-    return sm.PoseMotion(sm.quaternions.interpolate_quaternions(poses.times, poses.rotations()), path)
+    return sm.motions.PoseMotion(sm.quaternions.interpolate_quaternions(poses.times, poses.rotations()), path)
 
 
 def broken_path(domain) -> sm.splines.Spline:
@@ -80,7 +80,7 @@ def test_others_are_sampled_to_the_tolerance(tmp_path, name):
     # Halving an interval takes the error to a quarter.
     assert 2 * coarse.keys < fine.keys < 6 * coarse.keys
     if name == "orientation":
-        motion = sm.PoseMotion(motion, sm.splines.Spline(motion.basis, np.zeros((motion.basis.n, 3))))
+        motion = sm.motions.PoseMotion(motion, sm.splines.Spline(motion.basis, np.zeros((motion.basis.n, 3))))
     worst = worst_distance(motion, tmp_path / "m.usda")
     assert 0.2 * fine.error < worst <= 1.05 * fine.error
 
@@ -112,7 +112,7 @@ def test_write_motion_chooses_by_the_ending(tmp_path):
     [
         (sm.AffineMotion(sm.splines.BSplineBasis([0, 0, 1, 1, 3, 3], 1), np.arange(16.0).reshape(4, 2, 2)), "m.usda",
          {}, "the motion jumps at time 1"),
-        (sm.PoseMotion(pose_motion().orientation, broken_path(pose_motion().domain)), "m.usda", {},
+        (sm.motions.PoseMotion(pose_motion().orientation, broken_path(pose_motion().domain)), "m.usda", {},
          "the motion jumps at time 2: keys"),
         (pose_motion(), "m.usd", {}, "m.usd: format 'usd' is unknown; there are usda"),
         (pose_motion(), "no/m.usda", {}, "no/m.usda: cannot be written"),

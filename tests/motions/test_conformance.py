@@ -192,9 +192,9 @@ def given_arrays():
         "Keyframes.of": (sm.Keyframes.of, times, RIGID.linear, RIGID.translation),
         "OrientationKeys": (OrientationKeys, times, quaternions[:4], np.zeros((3, 3))),
         "AffineMotion": (lambda a, v: sm.AffineMotion(basis, a, v), linear, place),
-        "QuaternionMotion": (lambda q: sm.QuaternionMotion(basis, q), quaternions),
+        "QuaternionMotion": (lambda q: sm.quaternions.QuaternionMotion(basis, q), quaternions),
         "QuaternionMotion with increments": (
-            lambda q, w: sm.QuaternionMotion(basis, q, w),
+            lambda q, w: sm.quaternions.QuaternionMotion(basis, q, w),
             quaternions,
             MOTIONS["quaternion"].increments,
         ),

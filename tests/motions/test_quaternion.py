@@ -292,7 +292,7 @@ def test_the_scalar_part_may_come_last_wherever_quaternions_come_in():
     first = np.array([[1, 0, 0, 0], [0.8, 0.6, 0, 0], [0.6, 0, 0.8, 0], [0.28, 0.96, 0, 0]])
     last = np.roll(first, -1, axis=1)
     times, basis = np.arange(4.0), sm.splines.BSplineBasis.clamped([0.0, 1.0], 3)
-    within, curve = sm.interpolants, sm.QuaternionMotion
+    within, curve = sm.interpolants, sm.quaternions.QuaternionMotion
     for make in (
         lambda q, **order: curve.bezier(q, **order),
         lambda q, **order: curve.bspline(basis, q, **order),

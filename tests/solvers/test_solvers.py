@@ -218,7 +218,7 @@ def test_what_is_no_solver_is_said():
     for start in (
         3.0,
         sm.AffineMotion,
-        sm.QuaternionMotion.bezier([[1, 0, 0, 0], [0.8, 0.6, 0, 0]]),
+        sm.quaternions.QuaternionMotion.bezier([[1, 0, 0, 0], [0.8, 0.6, 0, 0]]),
         sm.interpolants.component_cubic(sm.examples.spatial_keyframes()),
     ):
         with pytest.raises(sm.InputError, match=r"^start .*: a motion|^start .* is in 3D: 2D is needed"):

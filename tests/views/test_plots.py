@@ -60,14 +60,14 @@ def faired(net):
     return sm.fair(net, target=0.05)
 
 
-def orientation() -> sm.QuaternionMotion:
+def orientation() -> sm.quaternions.QuaternionMotion:
     return sm.quaternions.interpolate_quaternions(TIMES, TURNS)
 
 
-def pose() -> sm.PoseMotion:
+def pose() -> sm.motions.PoseMotion:
     curve = orientation()
     path = np.random.default_rng(3).normal(size=(curve.basis.n, 3))
-    return sm.PoseMotion(curve, Spline(curve.basis, path))
+    return sm.motions.PoseMotion(curve, Spline(curve.basis, path))
 
 
 def along(surface):
