@@ -71,7 +71,7 @@ def source_of(path: FilePath, formats: Sequence[Format] = READ) -> Format:
     found = rows_of(path, formats)
     claiming = [row for row in found if len(found) == 1 or row.claims is None or row.claims(path)]
     if not claiming:
-        raise InputError(f"{path}: holds none of {', '.join(row.holds for row in found)}")
+        raise InputError(f"{path}: holds none of {', '.join(dict.fromkeys(row.holds for row in found))}")
     return claiming[0]
 
 

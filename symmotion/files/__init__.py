@@ -11,7 +11,8 @@ from symmotion.files.bvh import read_bvh
 from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf_keyframes
 from symmotion.files.gltf_writing import write_gltf
-from symmotion.files.reading import read_keyframes, read_motion, read_two_parameter
+from symmotion.files.reading import read_keyframes, read_motion, read_recording, read_two_parameter
+from symmotion.files.recording import Recording
 from symmotion.files.skeleton import Skeleton, joint_trajectories
 from symmotion.files.table import FORMATS
 from symmotion.files.usd import write_usd
@@ -22,6 +23,7 @@ __all__ = [
     "FORMATS",
     "Format",
     "Option",
+    "Recording",
     "Skeleton",
     "WrittenMotion",
     "joint_trajectories",
@@ -29,6 +31,7 @@ __all__ = [
     "read_gltf_keyframes",
     "read_keyframes",
     "read_motion",
+    "read_recording",
     "read_two_parameter",
     "write_gltf",
     "write_keyframes",
