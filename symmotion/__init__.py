@@ -28,7 +28,7 @@ from symmotion import (
     systems,
 )
 from symmotion.batches import solve_many
-from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, Velocity, excess
+from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, excess
 from symmotion.design import (
     affine_program,
     curve_program,
@@ -46,6 +46,7 @@ from symmotion.files import read_keyframes, read_motion, write_keyframes, write_
 from symmotion.loading import load
 from symmotion.motions import Affine, AffineMotion, Keyframes, PoseMotion, examples, interpolants, quaternions
 from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.smoothing import smooth
 from symmotion.solvers import Elimination, ExactNewton, Ipopt, Solution, compare
 from symmotion.systems import certify
 from symmotion.version import __version__ as __version__
@@ -88,6 +89,7 @@ MOVED = {
     "Tally": "batches",
     "TwoParameterMotion": "motions",
     "UnitVolume": "constraints",
+    "Velocity": "constraints",
     "WrittenMotion": "files",
     "arc_length": "curves",
     "auto_knots": "answers",
@@ -175,7 +177,6 @@ __all__ = [
     "Tolerance",
     "Torque",
     "TrajectoryEnergy",
-    "Velocity",
     "affine_program",
     "answers",
     "batches",
@@ -207,6 +208,7 @@ __all__ = [
     "read_keyframes",
     "read_motion",
     "report",
+    "smooth",
     "solve_many",
     "solvers",
     "splines",
