@@ -19,8 +19,11 @@ LARGEST = 512 * 2**20
 
 # Any: a handle of text or of bytes, as asked for.
 @contextmanager
-def readable(path: FilePath, binary: bool = False, encoding: str = "utf-8-sig") -> Iterator[Any]:
-    """A handle for reading text, or bytes, unpacked; what is wrong with the file as such becomes an InputError."""
+def readable(path: FilePath, binary: bool = False, encoding: str = "utf-8-sig", remedy: str = "") -> Iterator[Any]:
+    """A handle for reading text, or bytes, unpacked; what is wrong with the file as such becomes an InputError.
+
+    remedy: what else may be done about text of another encoding.
+    """
     checks.file_path(path)
     try:
         status = os.stat(path)
@@ -44,9 +47,10 @@ def readable(path: FilePath, binary: bool = False, encoding: str = "utf-8-sig") 
             handle.detach()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}; check its name and permissions") from error
-    except UnicodeDecodeError as error:
+    except UnicodeError as error:
         name = "UTF-8" if encoding == "utf-8-sig" else encoding
-        raise InputError(f"{path}: is not {name} text ({error.reason}); save it as UTF-8") from error
+        reason = error.reason if isinstance(error, UnicodeDecodeError) else error
+        raise InputError(f"{path}: is not {name} text ({reason}); save it as UTF-8{remedy}") from error
 
 
 def _unpacked(path: FilePath, found: Any) -> bytes:

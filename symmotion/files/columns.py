@@ -13,7 +13,14 @@ from symmotion.files.names import AXES, EULER, Meaning, meaning
 
 # What can be told of a table: a role and its columns, by name or number; None for a role that no column has.
 Told = Mapping[str, str | int | Sequence[str | int] | None]
-ROLES = {"time": (1,), "translation": (2, 3), "quaternion": (4,), "rotvec": (3,), "angle": (1,), "matrix": (4, 9, 12, 16)}
+ROLES = {
+    "time": (1,),
+    "translation": (2, 3),
+    "quaternion": (4,),
+    "rotvec": (3,),
+    "angle": (1,),
+    "matrix": (4, 9, 12, 16),
+}
 SEQUENCES = tuple(
     "".join(axes) for letters in ("xyz", "XYZ") for axes in product(letters, repeat=3)
     if axes[0] != axes[1] != axes[2]
@@ -56,7 +63,9 @@ def parsed(text: str) -> dict[str, list[str] | None]:
     for part in filter(str.strip, text.split(";")):
         role, equals, names = part.partition("=")
         if not equals:
-            raise InputError(f"columns {part.strip()!r:.60}: ROLE=NAME,NAME,… is needed, as time=stamp;translation=a,b,c")
+            raise InputError(
+                f"columns {part.strip()!r:.60}: ROLE=NAME,NAME,… is needed, as time=stamp;translation=a,b,c"
+            )
         told[role.strip()] = [n.strip() for n in names.split(",")] if names.strip() else None
     return told
 
@@ -96,7 +105,9 @@ class _Header:
             return known.index(wanted)
         if wanted.isdecimal() and int(wanted) < len(known) and wanted not in known:
             return int(wanted)
-        raise InputError(f"{self.path}: {known.count(wanted)} columns are called {name!r:.60}; there are {self._shown()}")
+        raise InputError(
+            f"{self.path}: {known.count(wanted)} columns are called {name!r:.60}; there are {self._shown()}"
+        )
 
     def _shown(self, numbers: Iterable[int] | None = None) -> str:
         names = self.header if numbers is None else [self.header[i] for i in numbers]
@@ -107,7 +118,9 @@ class _Header:
 
     def _refuse(self, what: str, present: Sequence[int], takes: str) -> NoReturn:
         unknown = [i for i, m in enumerate(self.meanings) if m is None]
-        guesses = ((self.header[i].strip(), get_close_matches(self.header[i].strip().lower(), USUAL, 1)) for i in unknown)
+        guesses = (
+            (self.header[i].strip(), get_close_matches(self.header[i].strip().lower(), USUAL, 1)) for i in unknown
+        )
         likely = [f"{name} ({found[0]}?)" for name, found in guesses if found]
         read = [i for i, m in enumerate(self.meanings) if m is not None and m.kind != "other"]
         role = {"linear part": "quaternion"}.get(what, what)
@@ -117,8 +130,8 @@ class _Header:
         if likely:
             parts.append(f"likely {shorten(', '.join(likely), 200, placeholder=' …')}")
         raise InputError(
-            f"{self.path}: of the columns ({self._shown()}) {self._shown(present) or 'none'} would be the {what}: it takes "
-            f"exactly {takes}; {'; '.join(parts)}: say which with columns={{{role!r}: …}}, None for none"
+            f"{self.path}: of the columns ({self._shown()}) {self._shown(present) or 'none'} would be the {what}: it "
+            f"takes exactly {takes}; {'; '.join(parts)}: say which with columns={{{role!r}: …}}, None for none"
         )
 
     def chosen(self) -> Chosen:

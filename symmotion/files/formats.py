@@ -177,7 +177,7 @@ def read_file(
     row = row_of(path, among, format)
     assert row.read is not None
     with _named(path, f"cannot be read as {row.name}"):
-        found = row.read(path, **keywords(path, row, "read", options, among))
+        found: Any = row.read(path, **keywords(path, row, "read", options, among))  # whatever the row holds
     # Keyframes may come with notes, which who asks for a Recording gets, and who asks for Keyframes does not.
     if kind is Keyframes and isinstance(found, Recording):
         found = found.keyframes

@@ -36,7 +36,7 @@ RATES = {"v", "a", "b", "w"}  # as the first of several words
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a column is: kind, as "place", its part, as "x", of whom (the words before), and the unit that its name says.
+    """What a column is: kind, as "place", its part, as "x", of whom (the words before), and the unit in its name.
 
     kind: time, place, quaternion, rotvec, euler, angle, matrix, or other, which is no part of a pose.
     """
@@ -55,7 +55,7 @@ def meaning(name: str) -> Meaning | None:
     if len(words) > 1 and unit is None and UNITS.get(words[-1]) and words[-1] not in WHOLE_SECONDS:
         unit = words.pop()
     found = _pose(words) or _time(words)
-    if found is None and (len(words) > 1 and words[0] in RATES or OTHERS & set(words) or _is_rate(words)):
+    if found is None and ((len(words) > 1 and words[0] in RATES) or OTHERS & set(words) or _is_rate(words)):
         found = "other", "", words
     if found is None:
         return None
@@ -103,7 +103,7 @@ def _kind(owner: list[str], axis: str) -> Found:
     if len(owner) > 1:
         said.append(owner[-1])
     for word in said:
-        if word == "vector" and {"rotation", "rot"} & set(owner) or word in VECTORS:
+        if (word == "vector" and {"rotation", "rot"} & set(owner)) or word in VECTORS:
             return "rotvec", axis, owner
         if word in OTHERS or (word in RATES and len(owner) >= 1):
             return "other", "", owner

@@ -24,7 +24,7 @@ TURN = 2 * np.pi
 
 
 class Telling(NamedTuple):
-    """What a reader of tables is told: roles of columns, the unit of angles, what becomes of lost rows, and of norms."""
+    """What a reader of tables is told: roles of columns, the unit of angles, what becomes of lost rows, norms."""
 
     columns: Told | str | None = None
     angles: str | None = None
@@ -44,7 +44,8 @@ def positions_of(path: FilePath, table: Table, header: Columns, chosen: Chosen, 
     if lost:
         kept = _tracked(numbers, a if chosen.kind == "quaternion" else None)
         if not kept.all():
-            notes.append(f"{int((~kept).sum())} rows of lost tracking are dropped, the first in line {lines[np.argmin(kept)]}")
+            first = lines[int(np.argmin(kept))]
+            notes.append(f"{int((~kept).sum())} rows of lost tracking are dropped, the first in line {first}")
             t, v, a, lines = t[kept], v[kept], a[kept], np.asarray(lines)[kept]
             if not len(lines):
                 raise InputError(f"{path}: holds no keyframes: tracking is lost in all rows")
@@ -59,8 +60,9 @@ def positions_of(path: FilePath, table: Table, header: Columns, chosen: Chosen, 
 
 def _tracked(numbers: np.ndarray, quaternions: np.ndarray | None) -> np.ndarray:
     """(M,) whether rows hold a pose: all finite, and a quaternion that is not zero."""
-    kept = np.isfinite(numbers).all(axis=1)
-    return kept if quaternions is None else kept & (np.abs(quaternions).max(axis=1) > 0)
+    if quaternions is not None:
+        numbers = np.where(np.abs(quaternions).max(axis=1, keepdims=True) > 0, numbers, np.nan)
+    return np.isfinite(numbers).all(axis=1)
 
 
 def _stamps(
@@ -180,5 +182,7 @@ def _unit(
             f"{path}, line {lines[i]}: a quaternion of norm {norms[i]:.6g}: unit quaternions are needed; {remedy}"
         )
     if tolerance is not None and (off := np.abs(norms - 1)).max() > NORM_TOLERANCE:
-        notes.append(f"{int((off > NORM_TOLERANCE).sum())} quaternions are normalised, norms up to {off.max():.3g} from 1")
+        notes.append(
+            f"{int((off > NORM_TOLERANCE).sum())} quaternions are normalised, norms up to {off.max():.3g} from 1"
+        )
     return quaternions

@@ -18,7 +18,7 @@ RIGID = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """What a file says: A (M, d, d), v (M, d), times (M,) if it has them, what messages call each one's place, notes."""
+    """What a file says: A (M, d, d), v (M, d), times (M,) if it has them, what messages call the places, notes."""
 
     linear: np.ndarray
     translation: np.ndarray
@@ -75,9 +75,7 @@ class Positions:
         )
 
 
-def _require_increasing(
-    path: FilePath, times: np.ndarray, place: Callable[[int], str], repeats: bool = False
-) -> None:
+def _require_increasing(path: FilePath, times: np.ndarray, place: Callable[[int], str], repeats: bool = False) -> None:
     wrong = np.diff(times) < 0 if repeats else np.diff(times) <= 0
     if times.ndim == 1 and wrong.any():  # Keyframes refuses other shapes
         i = int(np.argmax(wrong))

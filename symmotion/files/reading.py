@@ -35,7 +35,7 @@ def read_keyframes(
     encoding: str | None = None,
     formats: Iterable[Format] = FORMATS,
 ) -> Keyframes:
-    """Keyframes from a file of at most 512 MB, in the format that its ending names unless one is given; .gz is unpacked.
+    """Keyframes from a file of at most 512 MB, in the format that its ending names unless one is given; .gz too.
 
     csv, tum, kitti, txt: a line, or a comment above the numbers, may name the columns, in any order
     and case, with units in brackets (s, ms, µs, ns; m, cm, mm, km; rad, deg):
@@ -88,7 +88,7 @@ def read_recording(
     formats: Iterable[Format] = FORMATS,
     **options: Any,
 ) -> Recording:
-    """Keyframes as `read_keyframes` reads them, with notes: what was chosen, left out and repaired, and where gaps are."""
+    """Keyframes as `read_keyframes` reads them, with notes: what was chosen, left out, repaired, and where gaps are."""
     _require_path(path, "read_recording", Keyframes, "these are keyframes")
     found = read_file(path, Recording, formats, "keyframes", format=format, options=options)
     return thinned(found, every, rate)

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 from symmotion import checks
 from symmotion.errors import InputError
-from symmotion.files.bvh import read_bvh_keyframes
+from symmotion.files.bvh import checked_encoding, read_bvh_keyframes
 from symmotion.files.cameras import is_colmap, is_transforms, read_colmap, read_log, read_transforms
 from symmotion.files.formats import Format, Option
-from symmotion.files.gltf_keyframes import read_gltf_keyframes
+from symmotion.files.gltf_keyframes import read_gltf
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.keyframe_json import is_keyframes_json, read_keyframes_json, write_keyframes_json
 from symmotion.files.meshes import write_obj, write_ply, write_stl
@@ -50,6 +50,16 @@ NORMS = Option("norms", "how far norms of quaternions may be from 1; default: 0.
 TEXT = (TIMES, DELIMITER, COLUMNS, ANGLES, LOST, REPEATED, NORMS)
 NODE = Option("node", "joint or node, by name or index; default: the root", name_or_index)
 ANIMATION = Option("animation", "animation, by name or index; default: the first that moves the node", name_or_index)
+OFFSETS = Option(
+    "offsets",
+    "position channels replace a joint's offset or add to it: replace or add",
+    str,
+    check=one_of("replace", "add"),
+)
+FRAMES = Option(
+    "frames", "where the file claims another number: found or claimed", str, check=one_of("found", "claimed")
+)
+ENCODING = Option("encoding", "of the names, as shift_jis; default: utf-8", str, check=checked_encoding)
 
 SAMPLE_TIMES = Option("times", "times (N,) of the samples")
 RATE = Option("rate", "samples per unit of time; default: 200 in all", float, check=checks.positive)
@@ -78,8 +88,8 @@ FORMATS = tuple(replace(row, whole=True) for row in (
            reading=(TIMES,), claims=is_transforms),
     Format("log", ("log",), "keyframes", "cameras of an Open3D trajectory", read_log, reading=(TIMES,)),
     Format("bvh", ("bvh",), "keyframes", "a joint of a skeleton, frame by frame", read_bvh_keyframes,
-           reading=(TIMES, NODE)),
-    Format("gltf", ("glb", "gltf"), "keyframes", "an animated node in the scene, at its keys", read_gltf_keyframes,
+           reading=(TIMES, NODE, OFFSETS, FRAMES, ENCODING)),
+    Format("gltf", ("glb", "gltf"), "keyframes", "an animated node in the scene, at its keys", read_gltf,
            reading=(TIMES, NODE, ANIMATION)),
     Format("json", ("json",), "motion", "an affine motion, exactly", read_motion_json, write_motion_json,
            claims=is_motion_json),

@@ -40,7 +40,7 @@ class Table:
 
 
 def table_of(path: FilePath, handle: TextIO, delimiter: str | None, quoted: bool) -> Table:
-    """The table in a text; without a delimiter columns lie between commas, semicolons, tabs or blanks, as they do there.
+    """The table in a text; without a delimiter columns lie between commas, semicolons, tabs or blanks.
 
     quoted: whether fields may be quoted, and what follows a `#` inside a row belongs to it.
     """
@@ -85,7 +85,8 @@ def _fields(path: FilePath, lines: Iterable[tuple[int, str]], delimiter: str | N
 
     def texts() -> Iterator[str]:
         nonlocal place
-        for place, text in lines:
+        for number, text in lines:
+            place = number
             yield _uncommented(text, quoted)
 
     reader = csv.reader(texts(), delimiter=delimiter, skipinitialspace=delimiter != " ")

@@ -132,9 +132,7 @@ def _read(
         return positions_of(path, table, header, chosen, telling).recording(path, times, repeated)
 
 
-def _header(
-    path: FilePath, table: Table, shapes: Sequence[Columns] | None, told: Told | None, quoted: bool
-) -> Columns:
+def _header(path: FilePath, table: Table, shapes: Sequence[Columns] | None, told: Told | None, quoted: bool) -> Columns:
     """The names of the columns: those that the table has, else those that go with so many."""
     width = len(table.first)
     known = {len(shape): shape for shape in shapes or WIDTHS.values()}

@@ -28,7 +28,9 @@ class Amount:
     score: float
 
 
-def amount(basis: BSplineBasis, times: np.ndarray, values: np.ndarray, order: int, noise: float | None = None) -> Amount:
+def amount(
+    basis: BSplineBasis, times: np.ndarray, values: np.ndarray, order: int, noise: float | None = None
+) -> Amount:
     """The weight for samples (M, c) at times (M,) over a basis that serves them.
 
     Least of GCV(λ) = M RSS(λ)/(M − tr H(λ))² (Craven and Wahba 1979), or with the noise σ of a coordinate of

@@ -135,8 +135,7 @@ def _fitting(samples: Keyframes, given: tuple[float, float] | None, notes: list[
     controls = int(min(m, max(degree + 2, np.ceil(SHARE * freedom))))
     basis = fit_basis(samples.times, np.arange(m), degree, controls, None)
     turn, place = (
-        amount(basis, samples.times, part, a.order, sigma)
-        for part, a, sigma in zip(values, best, sigmas, strict=True)
+        amount(basis, samples.times, part, a.order, sigma) for part, a, sigma in zip(values, best, sigmas, strict=True)
     )
     # The data term is the mean over the points ±e_k: ‖Δv‖² + ‖ΔA‖²/d.
     roughness = Roughness(turn.weight / d, place.weight, (turn.order, place.order))

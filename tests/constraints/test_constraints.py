@@ -127,8 +127,14 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: program(sm.constraints.Velocity(2, [1, 0, 0]), sm.constraints.Velocity(2, [1, 0, 0])), r"'velocity \(2\)'.* repeats"),
-        (lambda: program(sm.constraints.Velocity(2, [1, 0, 0]), sm.constraints.Velocity(2, [1, 1, 0])), r"'velocity \(2\)'.* contradicts"),
+        (
+            lambda: program(sm.constraints.Velocity(2, [1, 0, 0]), sm.constraints.Velocity(2, [1, 0, 0])),
+            r"'velocity \(2\)'.* repeats",
+        ),
+        (
+            lambda: program(sm.constraints.Velocity(2, [1, 0, 0]), sm.constraints.Velocity(2, [1, 1, 0])),
+            r"'velocity \(2\)'.* contradicts",
+        ),
         (
             lambda: program(
                 sm.constraints.Periodic(),
@@ -138,7 +144,10 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
             ),
             r"'angular rate \(2\)'.* contradicts conditions among keyframes, periodic",
         ),
-        (lambda: program(sm.constraints.Velocity(2, [1, 0, 0]), objective=sm.Rigidity()), "velocity is a condition on the transl"),
+        (
+            lambda: program(sm.constraints.Velocity(2, [1, 0, 0]), objective=sm.Rigidity()),
+            "velocity is a condition on the transl",
+        ),
         (lambda: program(sm.constraints.Velocity(6, [1, 0, 0])), "velocity: keyframe 6 does not exist: there are 6"),
         (lambda: program(sm.constraints.Velocity(0, [1, 0])), r"velocity: velocity of shape \(2,\)"),
         (lambda: program(sm.constraints.AngularRate(0, 1.0)), r"angular rate: rate of shape \(1,\)"),
