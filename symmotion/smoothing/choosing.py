@@ -10,6 +10,7 @@ from symmotion.splines import BSplineBasis, gauss
 # Steps of log λ, over times of length 1: from all of the noise to none but a polynomial.
 EXPONENTS = np.linspace(-50.0, 10.0, 31)
 STEP = 1e-3
+HOPELESS = 1e300  # a score that no other exceeds, and a number all the same
 ORDERS = (2, 3)
 
 
@@ -39,7 +40,7 @@ def amount(
     """
     problem = _Penalised(basis, times, values, order)
     scores = np.array([problem.score(exponent, noise) for exponent in EXPONENTS])
-    best = int(np.nanargmin(scores))
+    best = int(np.argmin(scores))
     low, high = EXPONENTS[max(best - 1, 0)], EXPONENTS[min(best + 1, len(EXPONENTS) - 1)]
     from scipy.optimize import minimize_scalar  # here: see Spline._scipy
 
@@ -49,6 +50,13 @@ def amount(
     left = max(len(times) - freedom, 1e-6) * values.shape[1]
     weight = float(np.exp(exponent)) * problem.length ** (2 * order - 1)
     return Amount(order, weight, freedom, float(np.sqrt(squares / left)), problem.score(exponent, noise))
+
+
+def controls_of(basis: BSplineBasis, times: np.ndarray, values: np.ndarray, chosen: Amount) -> np.ndarray:
+    """(n, c) the controls of the spline that an amount leads to."""
+    problem = _Penalised(basis, times, values, chosen.order)
+    exponent = float(np.log(chosen.weight / problem.length ** (2 * chosen.order - 1)))
+    return problem.controls(exponent) + values.mean(axis=0)
 
 
 class _Penalised:
@@ -90,12 +98,15 @@ class _Penalised:
 
         return cholesky_banded(self.gram + np.exp(exponent) * self.penalty, check_finite=False)
 
-    def squares(self, exponent: float) -> float:
-        """RSS, over all coordinates."""
+    def controls(self, exponent: float) -> np.ndarray:
+        """(n, c) the controls, of values without their mean."""
         from scipy.linalg import cho_solve_banded
 
-        controls = cho_solve_banded((self._factor(exponent), False), self.right, check_finite=False)
-        return float(((self.values - self.design @ controls) ** 2).sum())
+        return cho_solve_banded((self._factor(exponent), False), self.right, check_finite=False)
+
+    def squares(self, exponent: float) -> float:
+        """RSS, over all coordinates."""
+        return float(((self.values - self.design @ self.controls(exponent)) ** 2).sum())
 
     def freedom(self, exponent: float) -> float:
         """tr H."""
@@ -103,14 +114,14 @@ class _Penalised:
         return float(np.clip(self.count - (sizes[1] - sizes[0]) / STEP, self.order, len(self.values)))
 
     def score(self, exponent: float, noise: float | None) -> float:
-        """The criterion; infinite where the factors have no digits left."""
+        """The criterion; large where the factors have no digits left, or nothing is left to tell."""
         try:
             freedom, squares = self.freedom(exponent), self.squares(exponent)
         except np.linalg.LinAlgError:
-            return np.inf
+            return HOPELESS
         m, c = self.values.shape
         if noise is not None:
             return squares / m + 2 * noise**2 * c * freedom / m
         left = m - freedom
         # Where as many controls as samples are free nothing is left to tell noise from motion.
-        return float(np.log(max(squares, 1e-300)) - 2 * np.log(left)) if left > 0.05 * m else np.inf
+        return float(np.log(max(squares, 1e-300)) - 2 * np.log(left)) if left > 0.05 * m else HOPELESS

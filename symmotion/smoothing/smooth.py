@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from symmotion import checks
-from symmotion.design import affine_program, fit_program, pose_program
+from symmotion.design import affine_program, fit_program
 from symmotion.design.fit_space import fit_basis
 from symmotion.energies import Energy, Rigidity, TrajectoryEnergy
 from symmotion.errors import InputError
@@ -17,13 +17,17 @@ from symmotion.files.formats import FilePath
 from symmotion.jets import Jet
 from symmotion.motions import Keyframes
 from symmotion.program import Program
-from symmotion.smoothing.choosing import ORDERS, Amount, amount
+from symmotion.smoothing.choosing import ORDERS, Amount, amount, controls_of
 from symmotion.solvers import ExactNewton, Solution
+from symmotion.splines import Spline
 
 Noise: TypeAlias = float | Sequence[float] | None
 FEWEST = 8  # samples of which noise can be estimated
 SHARE = 3.0  # controls per degree of freedom
+MOST = 0.9  # controls per sample: with as many, least squares alone would be close to singular
 RIGID = 1e-6
+# Of the median step squared: with less R leaves free how fast a rigid body turns, with more it is not kept rigid.
+BENDING = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +71,8 @@ def smooth(recording: Keyframes | FilePath, *, noise: Noise = None) -> Solution:
 
     With noise the spline of least Σ ‖x(t_i) − x_i‖² + λ ∫ ‖x^(k)‖² dt, x the linear part and the translation, each
     with a k ∈ {2, 3} and λ of its own: by the noise where it is given (Mallows 1973), else by generalised
-    cross-validation; controls are three times the degrees of freedom that this leaves. Without noise a
-    motion through all keyframes: rigid ones in space by least torque and bending, others by least R and E.
+    cross-validation; controls are three times the degrees of freedom that this leaves. Without noise the
+    motion through all keyframes of least R + w E, w a tenth of the median step squared.
 
     recording: keyframes, or a path for `read_keyframes`. noise: (σ of places, in the unit of length, σ of turns, in
     rad), standard deviations about each axis, 0 to interpolate; estimated when left out.
@@ -114,13 +118,12 @@ def is_rigid(keyframes: Keyframes) -> bool:
 
 
 def _interpolating(keyframes: Keyframes, notes: list[str]) -> Plan:
-    if is_rigid(keyframes) and keyframes.dimension == 3:
-        notes.append("a rigid motion through all keyframes, of least ∫ ‖Ω̇‖² + ‖v̈‖², knots at the keyframes")
-        return Plan(pose_program(keyframes, refine=0), tuple(notes))
     d = keyframes.dimension
     bends = TrajectoryEnergy(np.concatenate([np.eye(d), -np.eye(d)]))
-    weight = 1e-3 * float(np.median(np.diff(keyframes.times))) ** 2
-    notes.append(f"an affine motion through all keyframes, of least R + {weight:.3g} E")
+    weight = BENDING * float(np.median(np.diff(keyframes.times))) ** 2
+    notes.append(
+        f"a motion through all {len(keyframes)} keyframes, of least R + {weight:.3g} E, a knot in each segment"
+    )
     return Plan(affine_program(keyframes, objective=Rigidity() + weight * bends), tuple(notes))
 
 
@@ -132,14 +135,17 @@ def _fitting(samples: Keyframes, given: tuple[float, float] | None, notes: list[
     best = [_best(samples, part, sigma) for part, sigma in zip(values, sigmas, strict=True)]
     degree = max(2 * a.order - 1 for a in best)
     freedom = max(a.freedom for a in best)
-    controls = int(min(m, max(degree + 2, np.ceil(SHARE * freedom))))
+    controls = int(min(max(degree + 1, MOST * m), max(degree + 2, np.ceil(SHARE * freedom))))
     basis = fit_basis(samples.times, np.arange(m), degree, controls, None)
     turn, place = (
         amount(basis, samples.times, part, a.order, sigma) for part, a, sigma in zip(values, best, sigmas, strict=True)
     )
     # The data term is the mean over the points ±e_k: ‖Δv‖² + ‖ΔA‖²/d.
     roughness = Roughness(turn.weight / d, place.weight, (turn.order, place.order))
-    program = fit_program(samples, objective=roughness, degree=degree, controls=controls)
+    design = fit_program(samples, objective=roughness, degree=degree, controls=controls).design
+    # The program is quadratic: its minimum is where it starts, and one step certifies it.
+    chosen = (turn, place)
+    start = [controls_of(basis, samples.times, part, a) for part, a in zip(values, chosen, strict=True)]
     how = "by generalised cross-validation" if given is None else "by the noise given"
     notes += [
         f"a spline of degree {degree} with {controls} controls follows {m} keyframes, smoothed {how}",
@@ -148,7 +154,8 @@ def _fitting(samples: Keyframes, given: tuple[float, float] | None, notes: list[
         f"turn: λ = {turn.weight:.3g} on ∫ ‖A^({turn.order})‖², {turn.freedom:.4g} degrees of freedom, "
         f"σ = {turn.noise * np.sqrt(d / (d - 1)):.3g} rad left",
     ]
-    return Plan(replace(program, design=replace(program.design, said=tuple(notes))), tuple(notes))
+    design = replace(design, start=Spline(design.basis, np.concatenate(start, axis=1)), said=tuple(notes))
+    return Plan(design.program(), tuple(notes))
 
 
 def _best(samples: Keyframes, values: np.ndarray, sigma: float | None) -> Amount:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 import symmotion as sm
@@ -37,7 +38,7 @@ def table(header, columns, mark=",", end="\n") -> str:
     return end.join([*([header if isinstance(header, str) else mark.join(header)] if header else []), *rows])
 
 
-def assert_poses(keys: sm.Keyframes, times=TIMES):
+def assert_poses(keys: sm.Keyframes, times: ArrayLike = TIMES):
     np.testing.assert_allclose(keys.times - keys.times[0], times, atol=3e-7)
     np.testing.assert_allclose(keys.translation, PLACES, atol=1e-12)
     np.testing.assert_allclose(keys.linear, TURNS.as_matrix(), atol=1e-12)
