@@ -121,9 +121,7 @@ def _interpolating(keyframes: Keyframes, notes: list[str]) -> Plan:
     d = keyframes.dimension
     bends = TrajectoryEnergy(np.concatenate([np.eye(d), -np.eye(d)]))
     weight = BENDING * float(np.median(np.diff(keyframes.times))) ** 2
-    notes.append(
-        f"a motion through all {len(keyframes)} keyframes, of least R + {weight:.3g} E, a knot in each segment"
-    )
+    notes.append(f"a motion through all {len(keyframes)} keyframes, of least R + {weight:.3g} E, a knot a segment")
     return Plan(affine_program(keyframes, objective=Rigidity() + weight * bends), tuple(notes))
 
 
