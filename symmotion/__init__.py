@@ -29,7 +29,7 @@ from symmotion import (
 )
 from symmotion.answers import explore, lower_bound
 from symmotion.batches import solve_many
-from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, Velocity, excess
+from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, excess
 from symmotion.design import (
     affine_program,
     curve_program,
@@ -45,7 +45,9 @@ from symmotion.errors import InputError, SolveError
 from symmotion.fairing import fair
 from symmotion.files import read_keyframes, write_keyframes, write_motion
 from symmotion.loading import load
-from symmotion.motions import Affine, AffineMotion, Keyframes, examples, interpolants, quaternions
+from symmotion.motions import Affine, AffineMotion, Keyframes, PoseMotion, examples, interpolants, quaternions
+from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.smoothing import smooth
 from symmotion.solvers import Elimination, ExactNewton, Ipopt, Solution, compare
 from symmotion.systems import certify
 from symmotion.version import __version__ as __version__
@@ -90,6 +92,7 @@ MOVED = {
     "Tally": "batches",
     "TwoParameterMotion": "motions",
     "UnitVolume": "constraints",
+    "Velocity": "constraints",
     "WrittenMotion": "files",
     "arc_length": "curves",
     "auto_knots": "answers",
@@ -176,7 +179,6 @@ __all__ = [
     "Tolerance",
     "Torque",
     "TrajectoryEnergy",
-    "Velocity",
     "affine_program",
     "answers",
     "batches",
@@ -209,6 +211,7 @@ __all__ = [
     "quaternions",
     "read_keyframes",
     "report",
+    "smooth",
     "solve_many",
     "solvers",
     "splines",

@@ -1,22 +1,29 @@
 """Input files, opened: regular ones only, of bounded size."""
 
+import gzip
 import os
 import stat
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO, TextIOWrapper
 from typing import Any
 
 from symmotion import checks
 from symmotion.errors import InputError
 
 FilePath = str | os.PathLike[str]
+PACKED = b"\x1f\x8b"  # what gzip files begin with
 LARGEST = 512 * 2**20
 
 
 # Any: a handle of text or of bytes, as asked for.
 @contextmanager
-def readable(path: FilePath, binary: bool = False) -> Iterator[Any]:
-    """A handle for reading UTF-8 text, or bytes; what is wrong with the file as such becomes an InputError."""
+def readable(path: FilePath, binary: bool = False, encoding: str = "utf-8-sig", remedy: str = "") -> Iterator[Any]:
+    """A handle for reading text, or bytes, unpacked; what is wrong with the file as such becomes an InputError.
+
+    remedy: what else may be done about text of another encoding.
+    """
     checks.file_path(path)
     try:
         status = os.stat(path)
@@ -28,9 +35,30 @@ def readable(path: FilePath, binary: bool = False) -> Iterator[Any]:
             raise InputError(
                 f"{path}: has {status.st_size / 2**20:.0f} MB; split it into files of at most {LARGEST >> 20} MB"
             )
-        with open(path, "rb") if binary else open(path, encoding="utf-8-sig") as handle:
+        with open(path, "rb") as found:
+            packed = found.read(2) == PACKED
+            found.seek(0)
+            source = BytesIO(_unpacked(path, found)) if packed else found
+            if binary:
+                yield source
+                return
+            handle = TextIOWrapper(source, encoding=encoding)
             yield handle
+            handle.detach()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}; check its name and permissions") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not UTF-8 text ({error.reason}); save it as UTF-8") from error
+    except UnicodeError as error:
+        name = "UTF-8" if encoding == "utf-8-sig" else encoding
+        reason = error.reason if isinstance(error, UnicodeDecodeError) else error
+        raise InputError(f"{path}: is not {name} text ({reason}); save it as UTF-8{remedy}") from error
+
+
+def _unpacked(path: FilePath, found: Any) -> bytes:
+    """What a gzip file holds; InputError where it is too much or broken."""
+    try:
+        data = gzip.GzipFile(fileobj=found).read(LARGEST + 1)
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise InputError(f"{path}: is no whole gzip file ({error})") from error
+    if len(data) > LARGEST:
+        raise InputError(f"{path}: would be more than {LARGEST >> 20} MB unpacked: that is the most that is read")
+    return data

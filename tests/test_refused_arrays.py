@@ -85,7 +85,7 @@ DOORS: dict[str, tuple[Any, ...]] = {
         V,
         V,
     ),
-    "Velocity": (lambda v: with_constraint(sm.Velocity(1, v)), V[0]),
+    "Velocity": (lambda v: with_constraint(sm.constraints.Velocity(1, v)), V[0]),
     "AngularRate": (lambda v: with_constraint(C.AngularRate(1, v)), V[0]),
     "OnLine": (lambda v: with_constraint(C.OnLine(1, v)), V[0]),
     "UnitVolume": (lambda t: with_constraint(C.UnitVolume(t)), T[:1] + 0.01),

@@ -29,7 +29,20 @@ ROOMS = (
         "pictures",
     ),
     *("splines", "curves", "kernels", "program", "systems", "motions", "jets", "energies", "constraints", "solvers"),
-    *("batches", "design", "answers", "loading", "bodies", "fairing", "sweeps", "files", "views", "report", "commands"),
+    *(
+        "batches",
+        "design",
+        "answers",
+        "loading",
+        "bodies",
+        "fairing",
+        "sweeps",
+        "files",
+        "smoothing",
+        "views",
+        "report",
+        "commands",
+    ),
     *("__init__", "__main__"),
 )
 SEAM = "pictures"

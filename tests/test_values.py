@@ -49,7 +49,7 @@ MADE: dict[str, Any] = {
     "JetConstraint": lambda v, m, p: sm.JetConstraint(
         abs, lower=-v, upper=v, at=v, data=m, parameters={"v": v, "m": m}
     ),
-    "Velocity": lambda v, m, p: sm.Velocity(0, v),
+    "Velocity": lambda v, m, p: sm.constraints.Velocity(0, v),
     "AngularRate": lambda v, m, p: C.AngularRate(0, v),
     "EndRates": lambda v, m, p: C.EndRates((p, p)),
     "EndAccelerations": lambda v, m, p: C.EndAccelerations(p),

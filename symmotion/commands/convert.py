@@ -3,7 +3,9 @@
 import argparse
 from collections.abc import Sequence
 
+from symmotion import checks
 from symmotion.commands.films import ALL_FORMATS
+from symmotion.commands.inputs import add_reading, recording_of
 from symmotion.commands.outputs import check_outputs, write_outputs
 from symmotion.commands.parsing import (
     Commands,
@@ -34,6 +36,7 @@ SAID: dict[Holds, str] = {
 }
 REMEDIES: dict[Holds, str] = {"keyframes": "; `symmotion design` makes a motion of them"}
 READ = rows(ALL_FORMATS, "read", *WAYS)
+READ_KEYFRAMES = rows(ALL_FORMATS, "read", "keyframes")
 WRITTEN = rows(ALL_FORMATS, "write", *WAYS, "scene", "film")
 
 
@@ -49,29 +52,42 @@ def add(commands: Commands) -> None:
     )
     add_input(parser, READ, "keyframes, a motion or a two-parameter motion")
     add_outputs(parser, WRITTEN)
-    add_format_options(parser, READ, "read")
+    add_reading(parser, READ)
     add_format_options(parser, WRITTEN, "write")
 
 
 def run(options: argparse.Namespace) -> None:
     """Read, and write as what was read."""
-    source = source_of(options.file)
+    source = source_of(options.file, READ, options.format)
     written = rows(WRITTEN, "write", *WAYS[source.holds])
     with at_fault(options.file):
         _require_way(options, source, written)
+    rate = None
+    if source.holds == "keyframes":
+        # Of keyframes the rate says which are kept: they are not sampled.
+        rate, options.write_rate = options.write_rate, None
     given = check_outputs(options, written)
-    reading = format_options(options, READ, "read", [source])
-    assert source.read is not None
-    value = source.read(options.file, **keywords(options.file, source, "read", reading, READ))
+    if source.holds == "keyframes":
+        value = recording_of(
+            options, READ_KEYFRAMES, None if rate is None else checks.positive(rate, "--rate")
+        ).keyframes
+    else:
+        reading = format_options(options, READ, "read", [source])
+        for name in ("every", "keep_rate"):
+            if getattr(options, name) is not None:
+                raise InputError(f"--{name.replace('_', '-')} is of keyframes: leave it out")
+        assert source.read is not None
+        value = source.read(options.file, **keywords(options.file, source, "read", reading, READ))
     write_outputs(value, options, written, given)
 
 
-def source_of(path: FilePath, formats: Sequence[Format] = READ) -> Format:
+def source_of(path: FilePath, formats: Sequence[Format] = READ, format: str | None = None) -> Format:
     """The format of a file: of those that share its ending the one that claims it; InputError where none does."""
-    found = rows_of(path, formats)
-    claiming = [row for row in found if len(found) == 1 or row.claims is None or row.claims(path)]
+    found = rows_of(path, formats, format)
+    claiming = [row for row in found if len(found) == 1 or (row.claims is not None and row.claims(path))]
+    claiming = claiming or [row for row in found if row.claims is None]
     if not claiming:
-        raise InputError(f"{path}: holds none of {', '.join(row.holds for row in found)}")
+        raise InputError(f"{path}: holds none of {', '.join(dict.fromkeys(row.holds for row in found))}")
     return claiming[0]
 
 

@@ -5,6 +5,7 @@ import argparse
 from symmotion import checks
 from symmotion.answers import Exploration, auto_knots, explore
 from symmotion.commands.films import ALL_FORMATS
+from symmotion.commands.inputs import add_reading, progress, recording_of
 from symmotion.commands.objectives import objective_by_name
 from symmotion.commands.outputs import check_outputs, write_outputs
 from symmotion.commands.parsing import (
@@ -16,7 +17,6 @@ from symmotion.commands.parsing import (
     add_spline,
     at_fault,
     check_spline,
-    format_options,
     note,
     say,
 )
@@ -24,7 +24,7 @@ from symmotion.constraints import MotionConstraint, Periodic, Tolerance
 from symmotion.design import affine_program, free_times_program
 from symmotion.energies import Energy
 from symmotion.errors import InputError, SolveError
-from symmotion.files.formats import read_file, row_of, rows
+from symmotion.files.formats import rows
 from symmotion.motions import Keyframes
 from symmotion.program import Program
 from symmotion.solvers import Solution, solver_by_name
@@ -58,7 +58,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--free-times", action="store_true", help="choose the inner keyframe times too, order kept")
     parser.add_argument("--ends", default="natural", metavar="NAME", help="of the start: natural, not-a-knot, periodic")
     add_spline(parser)
-    add_format_options(parser, READ, "read")
+    add_reading(parser, READ)
     add_format_options(parser, WRITTEN, "write", leave=["tolerance"])
 
 
@@ -66,12 +66,12 @@ def run(options: argparse.Namespace) -> None:
     """Design and write the motion."""
     _check(options)
     given = check_outputs(options, WRITTEN)
-    reading = format_options(options, READ, "read", [row_of(options.file, READ)])
-    keyframes = read_file(options.file, Keyframes, READ, "keyframes", options=reading)
+    keyframes = recording_of(options, READ).keyframes
     with at_fault("--objective"):
         objective = objective_by_name(options.objective, keyframes.dimension)
     try:
-        solution, found = _solve(options, keyframes, objective)
+        with progress(options, f"{len(keyframes)} keyframes"):
+            solution, found = _solve(options, keyframes, objective)
     except (InputError, SolveError) as error:
         raise type(error)(f"{options.file}: {error}") from error
     note(options, options.file, solution.program.notes)

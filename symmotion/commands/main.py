@@ -3,7 +3,8 @@
 import sys
 from collections.abc import Sequence
 
-from symmotion.commands import compare, convert, design, fair
+from symmotion.commands import compare, convert, design, fair, smooth
+from symmotion.commands.inputs import piped
 from symmotion.commands.parsing import Parser, add_version
 from symmotion.errors import InputError, SolveError
 
@@ -14,13 +15,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command: 0, 1 where a solve failed, 2 for bad input, 130 where it was interrupted."""
     options = parser().parse_args(arguments)
     try:
-        options.run(options)
+        with piped(options):
+            options.run(options)
     except (InputError, SolveError) as error:
         print(f"symmotion {options.name}: {error}", file=sys.stderr)
         return 2 if isinstance(error, InputError) else 1
     except KeyboardInterrupt:
         print(f"symmotion {options.name}: interrupted", file=sys.stderr)
         return INTERRUPTED
+    except BrokenPipeError:  # whoever reads has seen enough
+        sys.stderr.close()
+        return 0
     return 0
 
 
@@ -29,6 +34,6 @@ def parser() -> Parser:
     made = Parser(prog="symmotion", description="Smooth motions through keyframes.")
     add_version(made)
     commands = made.add_subparsers(title="commands", required=True, dest="name", parser_class=Parser)
-    for command in (compare, design, convert, fair):
+    for command in (smooth, compare, design, convert, fair):
         command.add(commands)
     return made

@@ -147,9 +147,10 @@ def at_fault(culprit: object) -> Iterator[None]:
 
 
 def say(options: argparse.Namespace, text: object) -> None:
-    """Lines on standard output, unless the command is to be quiet."""
+    """Lines on standard output, or on standard error where a file goes there; none if the command is to be quiet."""
     if not options.quiet:
-        print("\n".join(map(plain, str(text).split("\n"))))
+        where = sys.stderr if getattr(options, "quiet_output", False) else sys.stdout
+        print("\n".join(map(plain, str(text).split("\n"))), file=where)
 
 
 def note(options: argparse.Namespace, culprit: object, notes: Sequence[str]) -> None:

@@ -125,6 +125,8 @@ class FitDesign:
     constraints: tuple[MotionConstraint, ...] = ()
     # By term, Gauss nodes per span where they are not those that the start needs.
     nodes: Mapping[str, int] = field(default_factory=dict)
+    # What whoever asked has to say of it.
+    said: tuple[str, ...] = ()
 
     __getstate__ = made_of
 
@@ -151,7 +153,7 @@ class FitDesign:
     def notes(self) -> tuple[str, ...]:
         # Samples may crowd: they are not met.
         note = opposite_note(self.samples.linear[np.union1d(self.followed, self.exact)])
-        return () if note is None else (note,)
+        return self.said if note is None else (*self.said, note)
 
     @property
     def setting(self) -> Setting:

@@ -12,7 +12,8 @@ from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf_keyframes
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.grids import ToolPath, read_orientation_grid, read_tool_path, write_tool_path
-from symmotion.files.reading import read_keyframes, read_motion, read_two_parameter
+from symmotion.files.reading import read_keyframes, read_motion, read_recording, read_two_parameter
+from symmotion.files.recording import Recording
 from symmotion.files.skeleton import Skeleton, joint_trajectories
 from symmotion.files.table import FORMATS
 from symmotion.files.usd import write_usd
@@ -23,6 +24,7 @@ __all__ = [
     "FORMATS",
     "Format",
     "Option",
+    "Recording",
     "Skeleton",
     "ToolPath",
     "WrittenMotion",
@@ -32,6 +34,7 @@ __all__ = [
     "read_keyframes",
     "read_motion",
     "read_orientation_grid",
+    "read_recording",
     "read_tool_path",
     "read_two_parameter",
     "write_gltf",

@@ -10,6 +10,8 @@ from typing import Any, Literal, TypeVar, get_args
 
 from symmotion import checks
 from symmotion.errors import InputError
+from symmotion.files.recording import Recording
+from symmotion.motions import Keyframes
 from symmotion.whole import whole_files
 
 FilePath = str | os.PathLike[str]
@@ -93,8 +95,12 @@ def takers(option: str, way: Way, among: Iterable[Format]) -> tuple[str, ...]:
 
 
 def format_of(path: FilePath, format: str | None, formats: Sequence[str]) -> str:
-    """The format given, else the one that the ending of `path` names; InputError unless it is one of `formats`."""
-    ending = Path(checks.file_path(path)).suffix.lower().removeprefix(".")
+    """The format given, else the one that the ending of `path` names; InputError unless it is one of `formats`.
+
+    An ending .gz is of what is packed: the one before it counts.
+    """
+    named = Path(checks.file_path(path))
+    ending = (Path(named.stem) if named.suffix.lower() == ".gz" else named).suffix.lower().removeprefix(".")
     chosen = ending if format is None else format
     if chosen not in formats:
         if format is None and Path(path).is_dir():
@@ -104,14 +110,23 @@ def format_of(path: FilePath, format: str | None, formats: Sequence[str]) -> str
 
 
 def rows_of(path: FilePath, among: Sequence[Format], format: str | None = None) -> list[Format]:
-    """The rows of the format given, else of the path's ending; InputError where there is none."""
+    """The rows of the format given, by name or ending, else of the path's ending; InputError where there is none."""
+    named = [row for row in among if format is not None and row.name == format]
+    if named:
+        return named
     chosen = format_of(path, format, endings(among))
     return [row for row in among if chosen in row.endings]
 
 
 def row_of(path: FilePath, among: Sequence[Format], format: str | None = None) -> Format:
-    """The row of the format given, else of the path's ending; InputError where there is none, or more than one."""
+    """The row of the format given, else of the path's ending; InputError where there is none, or more than one.
+
+    Of several that share an ending the one that claims the file, else the one that claims none.
+    """
     found = rows_of(path, among, format)
+    if len(found) > 1 and any(row.claims is not None for row in found) and Path(path).is_file():
+        claiming = [row for row in found if row.claims is not None and row.claims(path)]
+        found = claiming or [row for row in found if row.claims is None] or found[:1]
     if len(found) > 1:
         names = " and ".join(row.name for row in found)
         raise InputError(f"{path}: the formats {names} have the same ending: leave all but one of them out")
@@ -162,9 +177,15 @@ def read_file(
     row = row_of(path, among, format)
     assert row.read is not None
     with _named(path, f"cannot be read as {row.name}"):
-        found = row.read(path, **keywords(path, row, "read", options, among))
+        found: Any = row.read(path, **keywords(path, row, "read", options, among))  # whatever the row holds
+    # Keyframes may come with notes, which who asks for a Recording gets, and who asks for Keyframes does not.
+    if kind is Keyframes and isinstance(found, Recording):
+        found = found.keyframes
+    elif kind is Recording and isinstance(found, Keyframes):
+        found = Recording(found)
     if not isinstance(found, kind):
-        raise InputError(f"{path}: {row.name} reads a {type(found).__name__}: {kind.__name__} is needed")
+        wanted = Keyframes if kind is Recording else kind
+        raise InputError(f"{path}: {row.name} reads a {type(found).__name__}: {wanted.__name__} is needed")
     return found
 
 

@@ -9,15 +9,28 @@ from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
+from symmotion.files.gltf_nodes import (
+    PATHS,
+    Channels,
+    ancestry,
+    animation_of,
+    chosen,
+    default_node,
+    listed,
+    named,
+    parents_of,
+    shown,
+)
 from symmotion.files.gltf_reading import GltfFile, Place, open_gltf
+from symmotion.files.gltf_skins import bound_corners, own_skin
 from symmotion.files.keys import HermiteKeys
+from symmotion.files.recording import Recording
 from symmotion.motions import Keyframes
 from symmotion.motions.interpolants import slerp
 from symmotion.motions.quaternions.algebra import rotate
-from symmotion.splines.instants import distinct, unified
 
-PATHS = {"translation": 3, "rotation": 4, "scale": 3}
 AT_REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
+SINGLE = 4 * float(np.finfo(np.float32).eps)  # of the largest time: what clocks of single precision differ by
 LEAST_NORM = 0.5  # quaternions of 8 bits are off by up to a hundredth; far smaller ones are no rotations
 MOST_KEYS = 5_000_000
 MOST_PLACES = 50_000_000  # keys times nodes that move
@@ -53,12 +66,8 @@ class Channel:
         return np.roll(slerp(np.roll(values[k], 1, axis=1), np.roll(following, 1, axis=1), u), -1, axis=1)
 
 
-# By node and property, the sampler's entry: only those asked for are read.
-Channels = dict[int, dict[str, Place]]
-
-
 def read_gltf_keyframes(
-    path: FilePath, node: str | int | None = None, animation: str | int = 0, *, times: ArrayLike | None = None
+    path: FilePath, node: str | int | None = None, animation: str | int | None = None, *, times: ArrayLike | None = None
 ) -> Keyframes:
     """The positions of an animated node of a .glb or .gltf file in the scene, at its key times.
 
@@ -68,37 +77,91 @@ def read_gltf_keyframes(
     part is the product of the R diag(s) on the way down.
 
     node: name or index; left out: the only animated one, or the one that all other animated
-    nodes hang from, as the root of a skeleton. animation: name or index, the first when left out. times: (M,), in
-    place of the keys' own.
+    nodes hang from, as the root of a skeleton. animation: name or index; when left out the first that
+    moves the node. times: (M,), in place of the keys' own. Keys that agree in single precision, which clocks have, are
+    one. A file that `write_gltf` made of an affine motion gives the keyframes of its body.
 
-    Read are embedded buffers and files in the same directory; not: sparse accessors and meshes
-    or animations under compression. Raises InputError that names the file and the entry or byte at fault.
+    Read are embedded buffers and files in the same directory or below; not: data of animations under compression.
+    Raises InputError that names the file and the entry or byte at fault.
     """
-    file = open_gltf(path)
-    nodes = file.items("nodes")
-    parents = _parents(nodes)
-    channels = _channels(nodes, _chosen(file.items("animations"), animation, "animation", Path(path)))
-    if node is None:
-        index = _default_node(nodes, parents, channels, Path(path))
+    return read_gltf(path, node=node, animation=animation, times=times).keyframes
+
+
+def read_gltf(
+    path: FilePath,
+    *,
+    node: str | int | None = None,
+    animation: str | int | None = None,
+    times: ArrayLike | None = None,
+) -> Recording:
+    """As `read_gltf_keyframes`, with notes on which animation and node are read where there are several."""
+    file, where = open_gltf(path), Path(path)
+    nodes, animations = file.items("nodes"), file.items("animations")
+    parents = parents_of(nodes)
+    index = None if node is None else nodes.index(chosen(nodes, node, "node", where))
+    skin = own_skin(file, nodes, index)
+    chain = [] if index is None else ancestry(parents, index)
+    played, channels = animation_of(animations, nodes, animation, index, skin or chain, where)
+    notes = []
+    if len(animations) > 1:
+        notes.append(f"animation {named(played)} is read, of {shown(animations)}")
+    if skin:
+        keys, linear, translation = _skinned(file, nodes, parents, channels, skin, where)
     else:
-        index = nodes.index(_chosen(nodes, node, "node", Path(path)))
-    chain = _ancestry(parents, index)
+        index = default_node(nodes, parents, channels, where) if index is None else index
+        if len(channels) > 1 and node is None:
+            notes.append(f"node {named(nodes[index])} is read, from which the others hang")
+        keys, linear, translation = _moved(file, nodes, channels, ancestry(parents, index), index, where)
+    try:
+        return Recording(Keyframes(keys if times is None else times, linear, translation), tuple(notes))
+    except InputError as error:
+        raise InputError(f"{path}, node {named(nodes[index or 0])}: {error}") from None
+
+
+Moved = tuple[np.ndarray, np.ndarray, np.ndarray]  # times (K,), linear parts (K, 3, 3), translations (K, 3)
+
+
+def _moved(file: GltfFile, nodes: list[Place], channels: Channels, chain: list[int], index: int, path: Path) -> Moved:
+    """Where a node is at the keys of itself and of those above it."""
     if not any(k in channels for k in chain):
-        raise InputError(f"{path}: node {_name(nodes[index])} does not move; animated are {_listed(nodes, channels)}")
+        raise InputError(f"{path}: node {named(nodes[index])} does not move; animated are {listed(nodes, channels)}")
     read = _read(file, channels, chain, nodes[index])
-    keys = distinct(np.concatenate([c.times for part in read.values() for c in part.values()]))
+    keys = _keys(np.concatenate([c.times for part in read.values() for c in part.values()]))
     moving = sum(map(bool, read.values()))
     if len(keys) * moving > MOST_PLACES:
         raise InputError(
-            f"{path}: {len(keys)} keys of {moving} nodes that move {_name(nodes[index])} are more than {MOST_PLACES:g} "
+            f"{path}: {len(keys)} keys of {moving} nodes that move {named(nodes[index])} are more than {MOST_PLACES:g} "
             "places: cut the animation into several"
         )
-    read = {k: {name: _put_on(c, keys) for name, c in part.items()} for k, part in read.items()}
-    linear, translation = _carried(nodes, read, keys)
-    try:
-        return Keyframes(keys if times is None else times, linear, translation)
-    except InputError as error:
-        raise InputError(f"{path}, node {_name(nodes[index])}: {error}") from None
+    return keys, *_carried(nodes, _put_on_all(read, keys), keys)
+
+
+def _skinned(
+    file: GltfFile, nodes: list[Place], parents: dict[int, int], channels: Channels, joints: list[int], path: Path
+) -> Moved:
+    """The affine positions of a body that four joints carry: A c_j + v = p_j, bound at the corners c_j."""
+    corners = bound_corners(file)
+    chains = [ancestry(parents, j) for j in joints]
+    reads = [_read(file, channels, chain, nodes[j]) for j, chain in zip(joints, chains, strict=True)]
+    stamps = [c.times for read in reads for part in read.values() for c in part.values()]
+    if not stamps:
+        raise InputError(f"{path}: the corners of the body do not move; animated are {listed(nodes, channels)}")
+    keys = _keys(np.concatenate(stamps))
+    places = np.stack([_carried(nodes, _put_on_all(read, keys), keys)[1] for read in reads], axis=1)
+    inverse = np.linalg.inv(np.column_stack([corners, np.ones(4)]))
+    maps = np.swapaxes(inverse @ places, 1, 2)
+    return keys, maps[:, :, :3], maps[:, :, 3]
+
+
+def _keys(times: np.ndarray) -> np.ndarray:
+    """The times of all keys, those that single precision hardly tells apart made one: the first of them."""
+    along = np.unique(times)
+    within = SINGLE * max(abs(along[0]), abs(along[-1]))
+    return along[np.concatenate([[True], np.diff(along) > within])]
+
+
+def _put_on_all(read: dict[int, dict[str, Channel]], keys: np.ndarray) -> dict[int, dict[str, Channel]]:
+    return {k: {name: _put_on(channel, keys) for name, channel in part.items()} for k, part in read.items()}
 
 
 def _read(file: GltfFile, channels: Channels, chain: list[int], node: Place) -> dict[int, dict[str, Channel]]:
@@ -112,7 +175,7 @@ def _read(file: GltfFile, channels: Channels, chain: list[int], node: Place) -> 
             count += len(read[k][name].times)
             # Samplers may share their data, so that a small file can ask for much.
             if count > MOST_KEYS:
-                raise sampler.fault(f"more than {MOST_KEYS:g} keys in all move node {_name(node)}")
+                raise sampler.fault(f"more than {MOST_KEYS:g} keys in all move node {named(node)}")
     return read
 
 
@@ -129,95 +192,11 @@ def _carried(
 
 
 def _put_on(channel: Channel, keys: np.ndarray) -> Channel:
-    """The channel with its keys at those of the whole animation that they agree with up to rounding."""
-    times = unified(channel.times, keys)
+    """The channel with its keys at those of the whole animation that they agree with."""
+    near = keys[np.clip(np.searchsorted(keys, channel.times, side="right") - 1, 0, len(keys) - 1)]
+    close = np.abs(channel.times - near) <= SINGLE * max(abs(keys[0]), abs(keys[-1]))
+    times = np.where(close, near, channel.times)
     return replace(channel, times=times) if (np.diff(times) > 0).all() else channel
-
-
-def _name(node: Place) -> str:
-    name = node.get("name")
-    return repr(name.text())[:60] if name is not None else node.way
-
-
-def _listed(nodes: list[Place], channels: Channels) -> str:
-    names = [_name(nodes[k]) for k in channels]
-    return ", ".join(names[:20]) + (" …" if len(names) > 20 else "") if names else "none"
-
-
-def _chosen(items: list[Place], which: str | int, what: str, path: Path) -> Place:
-    """The item of a name or an index."""
-    if isinstance(which, str):
-        named = [item for item in items if (name := item.get("name")) is not None and name.value == which]
-        if len(named) == 1:
-            return named[0]
-        raise InputError(f"{path}: {len(named)} {what}s are called {which!r}: give one's index, 0 to {len(items) - 1}")
-    if not items:
-        raise InputError(f"{path}: holds no {what}s, and so no keyframes")
-    if not 0 <= which < len(items):
-        raise InputError(f"{path}: {what} {which} does not exist: there are {len(items)}")
-    return items[which]
-
-
-def _parents(nodes: list[Place]) -> dict[int, int]:
-    """The parent of every node that has one; InputError where a node has two or is its own ancestor."""
-    parents: dict[int, int] = {}
-    for k, node in enumerate(nodes):
-        for child in node.items("children"):
-            c = child.whole(0, len(nodes) - 1)
-            if c in parents:
-                raise child.fault(f"node {c} has two parents")
-            parents[c] = k
-    done: set[int] = set()
-    for k in range(len(nodes)):
-        way: set[int] = set()
-        above: int | None = k
-        while above is not None and above not in done:
-            if above in way:
-                raise nodes[k].fault("is its own ancestor")
-            way.add(above)
-            above = parents.get(above)
-        done |= way
-    return parents
-
-
-def _ancestry(parents: dict[int, int], k: int) -> list[int]:
-    """A node and those above it, upwards."""
-    chain = [k]
-    while (above := parents.get(chain[-1])) is not None:
-        chain.append(above)
-    return chain
-
-
-def _default_node(nodes: list[Place], parents: dict[int, int], channels: Channels, path: Path) -> int:
-    """The one animated node that all others hang from."""
-    if not channels:
-        raise InputError(f"{path}: the animation moves no node; translation, rotation or scale of one is needed")
-    top = [k for k in _ancestry(parents, next(iter(channels))) if k in channels][-1]
-    below, open_ = {top}, [top]
-    children: dict[int, list[int]] = {}
-    for child, parent in parents.items():
-        children.setdefault(parent, []).append(child)
-    while open_:
-        new = children.get(open_.pop(), [])
-        below.update(new)
-        open_.extend(new)
-    if not channels.keys() <= below:
-        raise InputError(f"{path}: several nodes are animated, choose one: {_listed(nodes, channels)}")
-    return top
-
-
-def _channels(nodes: list[Place], animation: Place) -> Channels:
-    samplers = animation.items("samplers")
-    found: Channels = {}
-    for channel in animation.items("channels"):
-        target = channel["target"]
-        name, index = target["path"].text(), target.get("node")
-        if name in PATHS and index is not None:
-            k = index.whole(0, len(nodes) - 1)
-            if name in found.setdefault(k, {}):
-                raise channel.fault(f"the {name} of node {k} is animated twice")
-            found[k][name] = channel["sampler"].of(samplers)
-    return found
 
 
 def _channel(file: GltfFile, sampler: Place, name: str) -> Channel:
@@ -235,8 +214,21 @@ def _channel(file: GltfFile, sampler: Place, name: str) -> Channel:
     if per_key == 3:
         values = values.reshape(-1, 3, width)
     if name == "rotation":
-        values = values if per_key == 3 else _unit(values, sampler["output"])
+        values = _aligned(values, sampler["output"]) if per_key == 3 else _unit(values, sampler["output"])
     return Channel(interpolation, times, values)
+
+
+def _aligned(triples: np.ndarray, place: Place) -> np.ndarray:
+    """Cubic keys (K, 3, 4) of rotations, each with its slopes on the side of the one before.
+
+    q and −q are the same rotation, and what lies between a key and one of the other sign is none.
+    """
+    norms = np.linalg.norm(triples[:, 1], axis=1)
+    if (norms < LEAST_NORM).any():
+        k = int(np.argmax(norms < LEAST_NORM))
+        raise place.fault(f"rotation of key {k} has norm {norms[k]:.3g}: unit ones are needed")
+    turned = np.where(np.sum(triples[1:, 1] * triples[:-1, 1], axis=1) < 0, -1.0, 1.0)
+    return triples * np.cumprod(np.concatenate([[1.0], turned]))[:, None, None]
 
 
 def _unit(quaternions: np.ndarray, place: Place) -> np.ndarray:

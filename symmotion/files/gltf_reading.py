@@ -19,6 +19,8 @@ from symmotion.opening import readable
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+MOST_ZEROS = 1_000_000  # of an accessor without data
+UNSIGNED = (5121, 5123, 5125)
 MOST_ENTRIES = 2_000_000
 MOST_ITEMS = 15_000_000  # of an accessor: bytes become doubles, eight times as large
 
@@ -108,8 +110,6 @@ class GltfFile:
         be as large as the accessor says.
         """
         accessor = index.of(self.items("accessors"))
-        if accessor.get("sparse") is not None:
-            raise accessor["sparse"].fault("sparse accessors are not read; export the animation without them")
         kind = accessor["type"].text()
         if kind not in kinds:
             raise accessor["type"].fault(f"{kind!r:.40}: {' or '.join(kinds)} is needed")
@@ -117,17 +117,16 @@ class GltfFile:
         if component not in COMPONENTS:
             raise accessor["componentType"].fault(f"{component}: one of {', '.join(map(str, COMPONENTS))} is needed")
         number = np.dtype(COMPONENTS[component])
-        count, item = accessor["count"].whole(1), number.itemsize * WIDTHS[kind]
-        view = accessor["bufferView"].of(self.items("bufferViews"))
-        data = self._view(view)
-        stride = item if (place := view.get("byteStride")) is None else place.whole(item, 252)
-        offset = 0 if (place := accessor.get("byteOffset")) is None else place.whole()
-        needed = offset + stride * (count - 1) + item
-        if needed > len(data):
-            raise accessor.fault(f"claims {needed} bytes where its buffer view has {len(data)}")
-        if count > MOST_ITEMS:
-            raise accessor["count"].fault(f"{count} items: {MOST_ITEMS} at most are read")
-        flat = np.ndarray((count, WIDTHS[kind]), number, data, offset, (stride, number.itemsize)).astype(float)
+        count = accessor["count"].whole(1)
+        if (view := accessor.get("bufferView")) is not None:
+            raw, most = self._numbers(accessor, view, count, WIDTHS[kind], number), MOST_ITEMS
+        else:  # zeros, which a sparse part may replace
+            raw, most = np.broadcast_to(np.zeros(1), (count, WIDTHS[kind])), MOST_ZEROS
+        if count > most:
+            raise accessor["count"].fault(f"{count} items: {most} at most are read")
+        flat = raw.astype(float)
+        if (sparse := accessor.get("sparse")) is not None:
+            self._substitute(sparse, flat, number)
         normalized = accessor.get("normalized")
         if normalized is not None and normalized.value is True and number.kind in "iu":
             flat = np.maximum(flat / np.iinfo(number).max, -1.0)
@@ -136,7 +135,34 @@ class GltfFile:
             raise accessor.fault(f"item {int(np.argmin(finite))} is not finite")
         return flat
 
+    def _numbers(self, accessor: Place, index: Place, count: int, width: int, number: np.dtype) -> np.ndarray:
+        """(count, width) the numbers of a view, which is found to be as large as that takes before they are."""
+        view = index.of(self.items("bufferViews"))
+        data, item = self._view(view), number.itemsize * width
+        stride = item if (place := view.get("byteStride")) is None else place.whole(item, 252)
+        offset = 0 if (place := accessor.get("byteOffset")) is None else place.whole()
+        needed = offset + stride * (count - 1) + item
+        if needed > len(data):
+            raise accessor.fault(f"claims {needed} bytes where its buffer view has {len(data)}")
+        return np.ndarray((count, width), number, data, offset, (stride, number.itemsize))
+
+    def _substitute(self, sparse: Place, flat: np.ndarray, number: np.dtype) -> None:
+        """Put the values of a sparse accessor in their places."""
+        count = sparse["count"].whole(1, len(flat))
+        indices, values = sparse["indices"], sparse["values"]
+        component = indices["componentType"].whole()
+        if component not in UNSIGNED:
+            raise indices["componentType"].fault(f"{component}: one of {', '.join(map(str, UNSIGNED))} is needed")
+        where = self._numbers(indices, indices["bufferView"], count, 1, np.dtype(COMPONENTS[component]))[:, 0]
+        if where.max() >= len(flat) or (np.diff(where.astype(np.int64)) <= 0).any():
+            raise indices.fault(f"indices that increase, below {len(flat)}, are needed")
+        flat[where] = self._numbers(values, values["bufferView"], count, flat.shape[1], number)
+
     def _view(self, view: Place) -> memoryview:
+        if (extensions := view.get("extensions")) is not None and isinstance(extensions.value, dict):
+            packed = [name for name in extensions.value if "compression" in name]
+            if packed:
+                raise view.fault(f"{packed[0]:.60} is not read; export the animation without compression")
         length = view["byteLength"].whole(1)
         offset = 0 if (place := view.get("byteOffset")) is None else place.whole()
         data = self._buffer(view["buffer"])
@@ -184,10 +210,6 @@ def _versioned(document: Place) -> Place:
     version = document["asset"]["version"]
     if not version.text().startswith("2."):
         raise version.fault(f"{version.value!r:.40}: version 2.0 is read")
-    required = [item.text() for item in document.items("extensionsRequired")]
-    compressed = [name for name in required if "compression" in name]
-    if compressed:
-        raise document["extensionsRequired"].fault(f"{compressed[0]:.60} is not read; export without compression")
     return document
 
 
@@ -228,12 +250,17 @@ def _embedded(uri: Place) -> bytes:
 
 
 def _beside(uri: Place) -> bytes:
-    """The bytes of a file in the same directory: no other place may be read because a file says so."""
+    """The bytes of a file in the same directory or below: no other place may be read because a file says so."""
     name = unquote(uri.text())
-    if not name or name in (".", "..") or any(c in name for c in "/\\:\0"):
-        raise uri.fault(f"{name!r:.60}: the name of a file in the same directory is needed")
+    parts = [part for part in name.split("/") if part != "."]
+    if not parts or any(part in ("", "..") or any(c in part for c in "\\:\0") for part in parts):
+        raise uri.fault(f"{name!r:.60}: the name of a file in the same directory, or below, is needed")
+    here = Path(uri.path).parent
+    target = here.joinpath(*parts)
+    if len(parts) > 1 and not target.resolve().is_relative_to(here.resolve()):
+        raise uri.fault(f"{name!r:.60}: leads out of the directory")
     try:
-        with readable(Path(uri.path).parent / name, binary=True) as handle:
+        with readable(target, binary=True) as handle:
             return handle.read()
     except InputError as error:
         raise uri.fault(str(error)) from None

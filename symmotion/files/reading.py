@@ -1,12 +1,15 @@
 """Keyframes and motions out of files: the doors, which find the format in the table."""
 
 from collections.abc import Iterable
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.errors import InputError
+from symmotion.files.columns import Told
 from symmotion.files.formats import FilePath, Format, read_file
+from symmotion.files.recording import Recording, thinned
 from symmotion.files.table import FORMATS
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.two_parameter import TwoParameterMotion
@@ -20,28 +23,48 @@ def read_keyframes(
     node: str | int | None = None,
     animation: str | int | None = None,
     *,
+    columns: Told | str | None = None,
+    angles: str | None = None,
+    lost: str | None = None,
+    repeated: str | None = None,
+    norms: float | None = None,
+    every: int | None = None,
+    rate: float | None = None,
+    offsets: str | None = None,
+    frames: str | None = None,
+    encoding: str | None = None,
     formats: Iterable[Format] = FORMATS,
 ) -> Keyframes:
-    """Keyframes from a file of at most 512 MB, in the format that its ending names unless one is given.
+    """Keyframes from a file of at most 512 MB, in the format that its ending names unless one is given; .gz too.
 
-    tum: lines `t tx ty tz qx qy qz qw`; kitti: lines of 12 numbers, the 3 × 4 matrices [A v]
-    row by row; txt: tum or kitti, by the number of columns; in all three `#` begins a comment.
-    csv: the first line names the columns, in any order and case:
-        time `t`, `time` or `timestamp`, or none;
-        translation `x y z`, `tx ty tz` or `v1 v2 v3`, in 2D without the third, or none for 0;
-        linear part `qx qy qz qw`, `theta` (2D, rad), `a11 a12 a21 a22` or `a11 a12 … a33`;
-        columns of other names are ignored.
+    csv, tum, kitti, txt: a line, or a comment above the numbers, may name the columns, in any order
+    and case, with units in brackets (s, ms, µs, ns; m, cm, mm, km; rad, deg):
+        time `t`, `time`, `timestamp`, `stamp` or `sec` and `nsec`, or none;
+        translation `x y z`, `tx ty tz`, `v1 v2 v3`, `p_x …`, `pose.position.x …`; in 2D without the third, or none;
+        linear part `qx qy qz qw`, `orientation.x …`, `roll pitch yaw` (about fixed x, y, z in that order),
+        `rotvec_x …`, `theta` (2D, rad), `a11 a12 a21 a22`, `a11 a12 … a33`, or 3 × 4 and 4 × 4 with the translation.
+    Without names: tum, 8 numbers `t tx ty tz qx qy qz qw`, or 9 with the number of the row in front;
+    kitti, 12 or 16, the matrix [A v] row by row, or 13 or 17 with a time in front. Whole stamps since 1970 in ms, µs
+    or ns become seconds. A column that is not understood is left out where all of a pose is there, else refused.
     json: an object with `linear` (M, d, d) and optionally `times` (M,) and `translation` (M, d).
+    transforms: a nerfstudio transforms.json; colmap: its images.txt; log: of Open3D; optitrack: CSV of Motive.
     bvh: a joint of a skeleton, rigid in the world, frame by frame; see `read_bvh`.
     glb, gltf: an animated node in the scene; see `read_gltf_keyframes`.
 
-    node: the joint's or the node's name or index; when left out the root, or the node that
-    moves and that all others which move hang from. animation: of glb and gltf, name or index,
-    the first when left out.
+    columns: by role, the columns of a table, by name or number: {"time": "stamp", "translation": ["a", "b", "c"],
+        "quaternion": [x, y, z, w]}, or "rotvec", "angle", "matrix", or a sequence of Euler angles as "ZYX" (capital:
+        about the body's axes); None where no column has the role. angles: "rad" or "deg" where no unit says so.
+    delimiter: the character between columns, found when left out; decimal commas are read.
+    lost: "drop" leaves out rows that are not finite or have a zero quaternion. repeated: "drop" or "merge" those whose
+    times repeat or crowd. norms: how far norms of quaternions, scalar-last in files, may be from 1; 1e-3 when left out.
+    every, rate: every n-th keyframe, or those nearest to so many per unit of time. What was chosen, left out and
+    repaired, and where gaps are, is in the notes of `symmotion.files.read_recording`.
 
-    Quaternions are scalar-last in files, with norm 1 within 1e-3. times: (M,), in place of the
-    file's; 0, 1, 2, … where neither are given. delimiter: the character between columns; when
-    left out, whitespace, and in csv the comma, semicolon or tab that the first line has most of.
+    node: the joint's, body's or node's name or index; when left out the root, or the node that
+    moves and that all others which move hang from. animation: of glb and gltf, name or index;
+    when left out the first that moves the node. offsets, frames, encoding: of bvh, see `read_bvh`.
+
+    times: (M,), in place of the file's; 0, 1, 2, … where neither are given.
 
     formats: the table; with one of your own `(*symmotion.files.FORMATS, mine)`.
 
@@ -49,8 +72,26 @@ def read_keyframes(
     that the format does not have.
     """
     _require_path(path, "read_keyframes", Keyframes, "these are keyframes")
-    given = {"times": times, "delimiter": delimiter, "node": node, "animation": animation}
-    return read_file(path, Keyframes, formats, "keyframes", format=format, options=given)
+    given = {"times": times, "delimiter": delimiter, "node": node, "animation": animation, "columns": columns}
+    given |= {"angles": angles, "lost": lost, "repeated": repeated, "norms": norms}
+    given |= {"offsets": offsets, "frames": frames, "encoding": encoding}
+    return read_recording(path, format, every=every, rate=rate, formats=formats, **given).keyframes
+
+
+# Any: the options of the format's row, which checks them.
+def read_recording(
+    path: FilePath,
+    format: str | None = None,
+    *,
+    every: int | None = None,
+    rate: float | None = None,
+    formats: Iterable[Format] = FORMATS,
+    **options: Any,
+) -> Recording:
+    """Keyframes as `read_keyframes` reads them, with notes: what was chosen, left out, repaired, and where gaps are."""
+    _require_path(path, "read_recording", Keyframes, "these are keyframes")
+    found = read_file(path, Recording, formats, "keyframes", format=format, options=options)
+    return thinned(found, every, rate)
 
 
 def read_motion(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> AffineMotion:

@@ -11,6 +11,8 @@ from symmotion.errors import InputError
 from symmotion.motions import Keyframes, copy_deviations, keyframes_from_copies
 
 AXES = "XYZ"
+NEAR = 0.1  # of an offset, within which a first frame tells what channels mean
+OFFSETS = ("replace", "add")
 CHANNELS = tuple(f"{axis}{what}" for what in ("position", "rotation") for axis in AXES)
 
 
@@ -39,7 +41,8 @@ class Skeleton:
     """J joints, parents before children, and F frames of their channels.
 
     joints: (J,); motion: (F, C) the channels of all joints in order, angles in degrees;
-    frame_time: seconds from one frame to the next.
+    frame_time: seconds from one frame to the next; offsets: whether a joint's position channels "replace" its
+    offset, as most programs write and read them, or "add" to it.
 
     Raises InputError that names the joint whose parent does not come before it, for frames of
     another length, and for numbers that are not finite.
@@ -48,8 +51,10 @@ class Skeleton:
     joints: tuple[Joint, ...]
     motion: np.ndarray
     frame_time: float
+    offsets: str = "replace"
 
     def __post_init__(self):
+        checks.choice(self.offsets, OFFSETS, "offsets")
         motion = checks.numbers(self.motion, "motion")
         for i, joint in enumerate(self.joints):
             if not -1 <= joint.parent < i:
@@ -117,7 +122,10 @@ class Skeleton:
 
 
 def joint_trajectories(skeleton: Skeleton) -> np.ndarray:
-    """(F, J, 3) where all joints are in all frames: p_j = p_parent + R_parent (offset_j + its translation channels)."""
+    """(F, J, 3) where all joints are in all frames: p_j = p_parent + R_parent m_j.
+
+    m_j: the offset, with each of its coordinates that has a position channel replaced by that, or added to it.
+    """
     return joint_positions(skeleton, range(len(skeleton.joints)))[1]
 
 
@@ -134,7 +142,7 @@ def joint_positions(skeleton: Skeleton, joints: Sequence[int]) -> tuple[np.ndarr
     places: dict[int, np.ndarray] = {-1: np.zeros((frames, 3))}
     for i in needed:
         joint = skeleton.joints[i]
-        turn, move = _local(joint, skeleton.motion[:, first[i] : first[i + 1]])
+        turn, move = _local(joint, skeleton.motion[:, first[i] : first[i + 1]], skeleton.offsets == "add")
         places[i] = places[joint.parent] + np.einsum("fij,fj->fi", rotations[joint.parent], move)
         rotations[i] = rotations[joint.parent] @ turn
     return np.stack([rotations[i] for i in joints], axis=1), np.stack([places[i] for i in joints], axis=1)
@@ -150,7 +158,27 @@ def _with_ancestors(skeleton: Skeleton, joints: Sequence[int]) -> list[int]:
     return sorted(needed)
 
 
-def _local(joint: Joint, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def detected_offsets(joints: Sequence[Joint], frame: np.ndarray) -> tuple[str, int]:
+    """What position channels mean for offsets, as a first frame (C,) tells, and how many joints tell it.
+
+    Of those with an offset and three position channels: where these are the offset they replace it, where they are
+    nothing beside it they add to it. Exporters begin with, or near, the position at rest.
+    """
+    first, votes = 0, {"replace": 0, "add": 0}
+    for joint in joints:
+        values = dict(zip(joint.channels, frame[first : first + len(joint.channels)], strict=True))
+        first += len(joint.channels)
+        if joint.parent < 0 or not all(f"{axis}position" in values for axis in AXES):
+            continue
+        moved, size = np.array([values[f"{axis}position"] for axis in AXES]), np.linalg.norm(joint.offset)
+        if size > 0:
+            votes["replace"] += bool(np.linalg.norm(moved - joint.offset) < NEAR * size)
+            votes["add"] += bool(np.linalg.norm(moved) < NEAR * size)
+    chosen = "add" if votes["add"] > votes["replace"] else "replace"
+    return chosen, votes[chosen]
+
+
+def _local(joint: Joint, values: np.ndarray, add: bool) -> tuple[np.ndarray, np.ndarray]:
     """Rotations (F, 3, 3) and translations (F, 3) of a joint in its parent's frame, of its channels (F, c)."""
     from scipy.spatial.transform import Rotation  # here: see as_rotations
 
@@ -159,7 +187,7 @@ def _local(joint: Joint, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for name, value in zip(joint.channels, values.T, strict=True):
         axis = AXES.index(name[0])
         if name.endswith("position"):
-            move[:, axis] += value
+            move[:, axis] = value + (joint.offset[axis] if add else 0.0)
         else:
             turn = turn * Rotation.from_rotvec(np.outer(value, np.eye(3)[axis]), degrees=True)
     return turn.as_matrix(), move

@@ -1,16 +1,19 @@
 """The table of formats: everything that reads or writes a file finds its way here."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from symmotion import checks
 from symmotion.errors import InputError
-from symmotion.files.bvh import read_bvh_keyframes
+from symmotion.files.bvh import checked_encoding, read_bvh_keyframes
+from symmotion.files.cameras import is_colmap, is_transforms, read_colmap, read_log, read_transforms
 from symmotion.files.formats import Format, Option
-from symmotion.files.gltf_keyframes import read_gltf_keyframes
+from symmotion.files.gltf_keyframes import read_gltf
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.keyframe_json import is_keyframes_json, read_keyframes_json, write_keyframes_json
 from symmotion.files.meshes import write_obj, write_ply, write_stl
 from symmotion.files.motion_json import is_motion_json, read_motion_json, write_motion_json
+from symmotion.files.optitrack import is_optitrack, read_optitrack
 from symmotion.files.samples import write_samples_csv, write_samples_tum
 from symmotion.files.text import read_csv, read_kitti, read_tum, read_txt, write_csv, write_kitti, write_tum
 from symmotion.files.two_parameter import is_net_json, read_net_json, read_net_npz, write_net_json, write_net_npz
@@ -30,10 +33,33 @@ def one_character(value: str, what: str) -> str:
     return value
 
 
+def one_of(*known: str) -> Callable[[object, str], object]:
+    """A check that a value is one of these words."""
+    return lambda value, what: checks.choice(value, known, what)
+
+
 TIMES = Option("times", "times (M,) in place of the file's")
 DELIMITER = Option("delimiter", "the character between columns", str, check=one_character)
+COLUMNS = Option("columns", "roles of columns: time=stamp;translation=a,b,c;quaternion=x,y,z,w", str)
+ANGLES = Option("angles", "unit of angles that name none: rad or deg", str, check=one_of("rad", "deg"))
+LOST = Option("lost", "rows of lost tracking: error or drop", str, check=one_of("error", "drop"))
+REPEATED = Option(
+    "repeated", "times that repeat or crowd: error, drop or merge", str, check=one_of("error", "drop", "merge")
+)
+NORMS = Option("norms", "how far norms of quaternions may be from 1; default: 0.001", float, check=checks.positive)
+TEXT = (TIMES, DELIMITER, COLUMNS, ANGLES, LOST, REPEATED, NORMS)
 NODE = Option("node", "joint or node, by name or index; default: the root", name_or_index)
-ANIMATION = Option("animation", "animation, by name or index; default: the first", name_or_index)
+ANIMATION = Option("animation", "animation, by name or index; default: the first that moves the node", name_or_index)
+OFFSETS = Option(
+    "offsets",
+    "position channels replace a joint's offset or add to it: replace or add",
+    str,
+    check=one_of("replace", "add"),
+)
+FRAMES = Option(
+    "frames", "where the file claims another number: found or claimed", str, check=one_of("found", "claimed")
+)
+ENCODING = Option("encoding", "of the names, as shift_jis; default: utf-8", str, check=checked_encoding)
 
 SAMPLE_TIMES = Option("times", "times (N,) of the samples")
 RATE = Option("rate", "samples per unit of time; default: 200 in all", float, check=checks.positive)
@@ -45,18 +71,25 @@ ACCURACY = Option("tolerance", "of sampled keys, relative to the motion's size",
 SCENE = (BODY, SECONDS, ACCURACY)
 
 FORMATS = tuple(replace(row, whole=True) for row in (
-    Format("tum", ("tum",), "keyframes", "lines t tx ty tz qx qy qz qw", read_tum, write_tum, (TIMES, DELIMITER)),
+    Format("tum", ("tum",), "keyframes", "lines t tx ty tz qx qy qz qw", read_tum, write_tum, TEXT),
     Format("kitti", ("kitti",), "keyframes", "lines of 12 numbers, the matrix [A v] row by row", read_kitti,
-           write_kitti, (TIMES, DELIMITER)),
+           write_kitti, TEXT),
     Format("csv", ("csv",), "keyframes", "columns by name: t; x y z; qx qy qz qw, theta or a11 a12 …", read_csv,
-           write_csv, (TIMES, DELIMITER)),
+           write_csv, TEXT),
     Format("json", ("json",), "keyframes", "an object of arrays: linear, times, translation", read_keyframes_json,
            write_keyframes_json, (TIMES,), claims=is_keyframes_json),
     Format("txt", ("txt",), "keyframes", "tum or kitti, by the number of columns", read_txt,
-           reading=(TIMES, DELIMITER)),
+           reading=TEXT),
+    Format("optitrack", ("csv",), "keyframes", "a rigid body of a CSV file of Motive", read_optitrack,
+           reading=(TIMES, NODE, LOST, REPEATED, NORMS), claims=is_optitrack),
+    Format("colmap", ("txt",), "keyframes", "cameras of images.txt, by name", read_colmap, reading=(TIMES,),
+           claims=is_colmap),
+    Format("transforms", ("json",), "keyframes", "cameras of a nerfstudio transforms.json", read_transforms,
+           reading=(TIMES,), claims=is_transforms),
+    Format("log", ("log",), "keyframes", "cameras of an Open3D trajectory", read_log, reading=(TIMES,)),
     Format("bvh", ("bvh",), "keyframes", "a joint of a skeleton, frame by frame", read_bvh_keyframes,
-           reading=(TIMES, NODE)),
-    Format("gltf", ("glb", "gltf"), "keyframes", "an animated node in the scene, at its keys", read_gltf_keyframes,
+           reading=(TIMES, NODE, OFFSETS, FRAMES, ENCODING)),
+    Format("gltf", ("glb", "gltf"), "keyframes", "an animated node in the scene, at its keys", read_gltf,
            reading=(TIMES, NODE, ANIMATION)),
     Format("json", ("json",), "motion", "an affine motion, exactly", read_motion_json, write_motion_json,
            claims=is_motion_json),

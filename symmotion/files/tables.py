@@ -1,9 +1,11 @@
-"""Text tables: rows that know their line, and named columns."""
+"""Text tables: rows that know their line, under names where the file has them."""
 
 import csv
+import re
 from array import array
-from collections.abc import Iterator, Sequence
-from textwrap import shorten
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain, islice
 from typing import TextIO
 
 import numpy as np
@@ -14,55 +16,187 @@ from symmotion.files.numbers import finite
 
 Rows = Iterator[tuple[int, list[str]]]  # the number of the line and its fields
 Columns = Sequence[str]
+COMMENT = "#"
+REMEMBERED = 100  # comments above the rows, of which the last may name the columns
+LONGEST = 10**6  # characters of a line of the first ones
+DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?|[-+]?\d+,")
+NOTHING = {"", "nan", "inf", "+inf", "-inf", "null", "none", "na", "n/a", "-"}
 
 
-def plain_rows(handle: TextIO, delimiter: str | None) -> Rows:
-    """Every line that is not blank or a `#` comment, split at the delimiter or, without one, at whitespace."""
-    for number, line in enumerate(handle, 1):
-        if content := line.partition("#")[0].strip():
-            yield number, content.split(delimiter)
+@dataclass(frozen=True)
+class Table:
+    """The rows of a text, each `width` fields long at its first one.
+
+    header: the names of the columns, from the row before them or a comment above; None where there is none.
+    commented: whether they stand in a comment, which may be about something else.
+    line: of the header, else of the first row.
+    """
+
+    header: Columns | None
+    commented: bool
+    line: int
+    first: list[str]
+    rows: Rows
 
 
-def csv_rows(path: FilePath, handle: TextIO, delimiter: str | None) -> Rows:
-    """Every row; without a delimiter, of comma, semicolon and tab the one that the first line has most of."""
-    delimiter = delimiter or max(",;\t", key=handle.readline().count)
-    handle.seek(0)
-    reader = csv.reader(handle, delimiter=delimiter)
-    try:
-        for row in reader:
-            if row:
-                yield reader.line_num, row
-    except csv.Error as error:
-        raise InputError(f"{path}, line {reader.line_num}: {error}") from None
+def table_of(path: FilePath, handle: TextIO, delimiter: str | None, quoted: bool) -> Table:
+    """The table in a text; without a delimiter columns lie between commas, semicolons, tabs or blanks.
+
+    quoted: whether fields may be quoted, and what follows a `#` inside a row belongs to it.
+    """
+    lines, comments, line, content = enumerate(handle, 1), [], 0, ""
+    for line, text in lines:
+        content = _uncommented(text, quoted).strip("\r\n ")
+        if content.strip():
+            break
+        if text.lstrip().startswith(COMMENT):
+            comments = [*comments[-REMEMBERED:], (line, text[:LONGEST].strip().lstrip(COMMENT).strip())]
+        content = ""
+    if not content:
+        return Table(None, False, max(line, 1), [], iter(()))
+    between = delimiter or _delimiter(content)
+    rows = _fields(path, chain([(line, content)], lines), between, quoted)
+    number, first = next(rows, (line, []))
+    if _named(first):
+        head, (number, first) = (number, first), next(rows, (number, []))
+        again = chain([(number, first)] if first else [], rows)
+        return Table(head[1], False, head[0], first, again)
+    for above, text in reversed(comments):
+        names = _split(text, between if between else _delimiter(text))
+        if len(names) == len(first) and _named(names):
+            return Table(names, True, above, first, chain([(number, first)], rows))
+    return Table(None, False, number, first, chain([(number, first)], rows))
 
 
-def choose_columns(
-    path: FilePath, header: Columns, what: str, groups: Sequence[Columns], family: Sequence[Columns] = ()
-) -> Columns:
-    """The one of `groups` that the header has; InputError if it has another column of them, or of `family`, too."""
-    known = {name for group in (*groups, *family) for name in group}
-    present = [name for name in header if name in known]
-    for group in groups:
-        if sorted(group) == sorted(present):
-            return group
-    raise InputError(
-        f"{path}: of the columns ({shorten(', '.join(header), 200, placeholder=' …')}) "
-        f"{', '.join(present) or 'none'} would be the {what}: "
-        f"it takes exactly {', or '.join(' '.join(group) or 'none' for group in groups)}"
-    )
+def _uncommented(text: str, quoted: bool) -> str:
+    if not quoted:
+        return text.partition(COMMENT)[0]
+    return "" if text.lstrip().startswith(COMMENT) else text
 
 
-def read_numbers(path: FilePath, rows: Rows, columns: Sequence[int], width: int) -> tuple[np.ndarray, Sequence[int]]:
-    """The chosen columns of all rows, each `width` fields long, as (M, C), and the line of each, (M,)."""
-    numbers, lines = array("d"), array("q")
-    for line, fields in rows:
-        if len(fields) != width:
-            raise InputError(f"{path}, line {line}: {len(fields)} columns, not {width}")
+def _fields(path: FilePath, lines: Iterable[tuple[int, str]], delimiter: str | None, quoted: bool) -> Rows:
+    """The fields of every line that has any; a quoted field may go on over several lines."""
+    if delimiter is None:
+        for number, text in lines:
+            if fields := _uncommented(text, quoted).split():
+                yield number, fields
+        return
+    place = 0
+
+    def texts() -> Iterator[str]:
+        nonlocal place
+        for number, text in lines:
+            place = number
+            yield _uncommented(text, quoted)
+
+    reader = csv.reader(texts(), delimiter=delimiter, skipinitialspace=delimiter != " ")
+    while True:
         try:
-            numbers.extend(finite(fields[column]) for column in columns)
+            row = next(reader, None)
+        except csv.Error as error:
+            raise InputError(f"{path}, line {place}: {error}") from None
+        if row is None:
+            return
+        if any(field.strip() for field in row):
+            # A delimiter at the end of every line makes no column, nor do blanks around one.
+            yield place, row
+
+
+def _split(text: str, delimiter: str | None) -> list[str]:
+    return [word.strip() for word in text.split(delimiter)]
+
+
+def _delimiter(line: str) -> str | None:
+    """The one of semicolon, tab and comma that a line has most of; None, blanks, where it has none.
+
+    Commas between digits are no delimiters beside blanks.
+    """
+    most = max(",;\t", key=line.count)
+    if not line.count(most):
+        return None
+    if most == "," and line.count(";") == 0 and len(line.split()) > 1:
+        words = line.split()
+        if not any(word.endswith(",") or word.startswith(",") for word in words) and all(map(_is_number, words)):
+            return None
+    if ";" in line and most == "," and all(map(_is_number, filter(None, _split(line, ";")))):
+        return ";"
+    return most
+
+
+def _named(fields: Sequence[str]) -> bool:
+    """Whether fields are names: one that is no number to begin with, and few that are."""
+    if not fields or _is_number(fields[0]):
+        return False
+    return 2 * sum(map(_is_number, fields)) < len(fields)
+
+
+def _is_number(word: str) -> bool:
+    word = word.strip()
+    if DECIMAL_COMMA.fullmatch(word):
+        return True
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def number(word: str) -> float:
+    """The number that a field is, with a decimal point or, where nothing else is between digits, comma."""
+    try:
+        return finite(word)
+    except InputError:
+        if DECIMAL_COMMA.fullmatch(word.strip()):
+            return finite(word.strip().replace(",", "."))
+        raise
+
+
+def read_numbers(
+    path: FilePath,
+    rows: Rows,
+    columns: Sequence[int],
+    width: int,
+    lost: bool = False,
+    special: Callable[[list[str]], float] | None = None,
+) -> tuple[np.ndarray, Sequence[int]]:
+    """The chosen columns of all rows, each `width` fields long, as (M, C), and the line of each, (M,).
+
+    lost: whether fields that are empty or not finite become NaN. special: makes a number in front, of a row's fields.
+    """
+    numbers, lines = array("d"), array("q")
+    count = len(columns) + (special is not None)
+    for line, fields in rows:
+        if len(fields) != width and not (len(fields) == width + 1 and not fields[-1].strip()):
+            raise InputError(f"{path}, line {line}: {len(fields)} columns, not {width}{_advice(fields)}")
+        try:
+            if special is not None:
+                numbers.append(special(fields))
+            if lost:
+                numbers.extend(_or_nothing(fields[column]) for column in columns)
+            else:
+                numbers.extend(number(fields[column]) for column in columns)
         except InputError as error:
             raise InputError(f"{path}, line {line}: {error}") from None
         lines.append(line)
     if not lines:
         raise InputError(f"{path}: holds no keyframes")
-    return np.frombuffer(numbers).reshape(-1, len(columns)), lines
+    return np.frombuffer(numbers).reshape(-1, count), lines
+
+
+def _advice(fields: Sequence[str]) -> str:
+    if len(fields) == 1:
+        for mark, name in ((",", "commas"), (";", "semicolons"), ("\t", "tabs")):
+            if mark in fields[0]:
+                return f"; are they between {name}? give delimiter={mark!r}"
+    return ""
+
+
+def _or_nothing(word: str) -> float:
+    return np.nan if word.strip().lower() in NOTHING else number(word)
+
+
+def beginning(handle: TextIO, lines: int) -> list[str]:
+    """The first lines of a text, which is then at its beginning again."""
+    found = [line[:LONGEST] for line in islice(iter(lambda: handle.readline(LONGEST), ""), lines)]
+    handle.seek(0)
+    return found

@@ -2,52 +2,89 @@
 
 import csv
 from collections.abc import Sequence
-from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
+from symmotion.files.columns import Told, choose, parsed
 from symmotion.files.formats import FilePath
-from symmotion.files.positions import Positions
-from symmotion.files.tables import Columns, Rows, choose_columns, csv_rows, plain_rows, read_numbers
+from symmotion.files.poses import Telling, positions_of
+from symmotion.files.positions import Repeated
+from symmotion.files.recording import Recording
+from symmotion.files.tables import Columns, Table, table_of
 from symmotion.motions import Keyframes, as_rotations
 from symmotion.opening import readable
 from symmotion.whole import whole_file
 
-NORM_TOLERANCE = 1e-3
-
-TIMES = (("t",), ("time",), ("timestamp",))
-TRANSLATIONS = (("x", "y", "z"), ("tx", "ty", "tz"), ("v1", "v2", "v3"))
 QUATERNION = ("qx", "qy", "qz", "qw")
-ANGLE = ("theta",)
 MATRICES = {d: tuple(f"a{i}{j}" for i in range(1, d + 1) for j in range(1, d + 1)) for d in (2, 3)}
-
 TUM = ("t", "tx", "ty", "tz", *QUATERNION)
-KITTI = ("a11", "a12", "a13", "v1", "a21", "a22", "a23", "v2", "a31", "a32", "a33", "v3")
+KITTI = tuple(f"a{i}{j}" for i in range(1, 4) for j in range(1, 5))
+WHOLE = (*KITTI, "a41", "a42", "a43", "a44")
+# What rows without names are, by how many columns there are.
+WIDTHS = {8: TUM, 12: KITTI, 16: WHOLE, 9: ("index", *TUM), 13: ("t", *KITTI), 17: ("t", *WHOLE)}
 
 
-def read_tum(path: FilePath, *, times: ArrayLike | None = None, delimiter: str | None = None) -> Keyframes:
-    """Keyframes of lines `t tx ty tz qx qy qz qw`."""
-    return _read_plain(path, TUM, times, delimiter)
+def read_tum(
+    path: FilePath,
+    *,
+    times: ArrayLike | None = None,
+    delimiter: str | None = None,
+    columns: Told | str | None = None,
+    angles: str | None = None,
+    lost: str | None = None,
+    repeated: Repeated | None = None,
+    norms: float | None = None,
+) -> Recording:
+    """Keyframes of lines `t tx ty tz qx qy qz qw`, or of columns that a line names."""
+    return _read(path, (TUM, WIDTHS[9]), times, delimiter, repeated, Telling(columns, angles, lost, norms))
 
 
-def read_kitti(path: FilePath, *, times: ArrayLike | None = None, delimiter: str | None = None) -> Keyframes:
-    """Keyframes of lines of 12 numbers, the 3 × 4 matrices [A v] row by row."""
-    return _read_plain(path, KITTI, times, delimiter)
+def read_kitti(
+    path: FilePath,
+    *,
+    times: ArrayLike | None = None,
+    delimiter: str | None = None,
+    columns: Told | str | None = None,
+    angles: str | None = None,
+    lost: str | None = None,
+    repeated: Repeated | None = None,
+    norms: float | None = None,
+) -> Recording:
+    """Keyframes of lines of 12 or 16 numbers, the matrix [A v] row by row, behind a time or not."""
+    shapes = tuple(WIDTHS[n] for n in (12, 16, 13, 17))
+    return _read(path, shapes, times, delimiter, repeated, Telling(columns, angles, lost, norms))
 
 
-def read_txt(path: FilePath, *, times: ArrayLike | None = None, delimiter: str | None = None) -> Keyframes:
-    """Keyframes of tum or kitti, told apart by the number of columns."""
-    return _read_plain(path, None, times, delimiter)
+def read_txt(
+    path: FilePath,
+    *,
+    times: ArrayLike | None = None,
+    delimiter: str | None = None,
+    columns: Told | str | None = None,
+    angles: str | None = None,
+    lost: str | None = None,
+    repeated: Repeated | None = None,
+    norms: float | None = None,
+) -> Recording:
+    """Keyframes of columns that a line names, or of tum or kitti, told apart by the number of columns."""
+    return _read(path, None, times, delimiter, repeated, Telling(columns, angles, lost, norms))
 
 
-def read_csv(path: FilePath, *, times: ArrayLike | None = None, delimiter: str | None = None) -> Keyframes:
-    """Keyframes of columns that the first line names."""
-    with readable(path) as handle:
-        rows = csv_rows(path, handle, delimiter)
-        _, header = next(rows, (1, []))
-        return _positions(path, [name.strip().lower() for name in header], rows).keyframes(path, times)
+def read_csv(
+    path: FilePath,
+    *,
+    times: ArrayLike | None = None,
+    delimiter: str | None = None,
+    columns: Told | str | None = None,
+    angles: str | None = None,
+    lost: str | None = None,
+    repeated: Repeated | None = None,
+    norms: float | None = None,
+) -> Recording:
+    """Keyframes of columns that a line names, or of as many as tum or kitti have."""
+    return _read(path, None, times, delimiter, repeated, Telling(columns, angles, lost, norms), quoted=True)
 
 
 def write_tum(keyframes: Keyframes, path: FilePath) -> None:
@@ -72,53 +109,65 @@ def write_kitti(keyframes: Keyframes, path: FilePath) -> None:
 def write_csv(keyframes: Keyframes, path: FilePath) -> None:
     """Write keyframes exactly, in columns t, a11 …, v1 …."""
     m, d = len(keyframes), keyframes.dimension
-    header = ("t", *MATRICES[d], *TRANSLATIONS[-1][:d])
+    header = ("t", *MATRICES[d], *("v1", "v2", "v3")[:d])
     _write(
         path, [header], np.column_stack([keyframes.times, keyframes.linear.reshape(m, -1), keyframes.translation]), ","
     )
 
 
-def _read_plain(path: FilePath, columns: Columns | None, times: ArrayLike | None, delimiter: str | None) -> Keyframes:
+def _read(
+    path: FilePath,
+    shapes: Sequence[Columns] | None,
+    times: ArrayLike | None,
+    delimiter: str | None,
+    repeated: Repeated | None,
+    telling: Telling,
+    quoted: bool = False,
+) -> Recording:
+    told = parsed(telling.columns) if isinstance(telling.columns, str) else telling.columns
     with readable(path) as handle:
-        rows = plain_rows(handle, delimiter)
-        if columns is None:
-            line, first = next(rows, (1, []))
-            columns = {len(c): c for c in (TUM, KITTI)}.get(len(first))
-            if columns is None:
-                raise InputError(
-                    f"{path}, line {line}: {len(first)} columns; 8 make it tum and 12 kitti, else give the format"
-                )
-            rows = chain([(line, first)], rows)
-        return _positions(path, columns, rows).keyframes(path, times)
+        table = table_of(path, handle, delimiter, quoted)
+        header = _header(path, table, shapes, told, quoted)
+        chosen = choose(path, header, told)
+        return positions_of(path, table, header, chosen, telling).recording(path, times, repeated)
 
 
-def _positions(path: FilePath, names: Columns, rows: Rows) -> Positions:
-    linear = choose_columns(path, names, "linear part", [QUATERNION, ANGLE, *MATRICES.values()])
-    d = 2 if linear in (ANGLE, MATRICES[2]) else 3
-    translation = choose_columns(path, names, "translation", [*(g[:d] for g in TRANSLATIONS), ()], TRANSLATIONS)
-    time = choose_columns(path, names, "time", [*TIMES, ()])
+def _header(path: FilePath, table: Table, shapes: Sequence[Columns] | None, told: Told | None, quoted: bool) -> Columns:
+    """The names of the columns: those that the table has, else those that go with so many."""
+    width = len(table.first)
+    known = {len(shape): shape for shape in shapes or WIDTHS.values()}
+    if table.header is not None:
+        if not table.commented or width not in known:
+            return table.header
+        try:  # a comment above rows of a known shape counts where it names a pose
+            choose(path, table.header, told)
+            return table.header
+        except InputError:
+            return known[width]
+    if width in known:
+        if width == 9 and not _counted(table.first[0]):
+            raise InputError(
+                f"{path}, line {table.line}: 9 columns, not 8, of which the first is no number of a row: name them, or "
+                "say which with columns={…}"
+            )
+        return known[width]
+    if told:
+        return [str(i) for i in range(width)]
+    if shapes:
+        if width == 0:
+            raise InputError(f"{path}: holds no keyframes")
+        separator = "" if width > 1 else "; say what is between them with delimiter"
+        raise InputError(f"{path}, line {table.line}: {width} columns, not {len(shapes[0])}{separator}")
+    if quoted and width == 0:
+        return []  # which `choose` refuses, naming what it takes
+    raise InputError(
+        f"{path}, line {table.line}: {width} columns; 8 make it tum and 12 kitti, else give the format, or names with "
+        "columns={…}"
+    )
 
-    columns = [names.index(name) for name in (*time, *translation, *linear)]
-    numbers, lines = read_numbers(path, rows, columns, len(names))
-    t, v, a = np.split(numbers, np.cumsum([len(time), len(translation)]), axis=1)
-    if linear == QUATERNION:
-        a = _matrices(path, a, lines)
-    elif linear == ANGLE:
-        a = np.hstack([np.cos(a), -np.sin(a), np.sin(a), np.cos(a)])
-    v = v if translation else np.zeros((len(v), d))
-    return Positions(a.reshape(-1, d, d), v, t[:, 0] if time else None, lambda i: f"line {lines[i]}")
 
-
-def _matrices(path: FilePath, quaternions: np.ndarray, lines: Sequence[int]) -> np.ndarray:
-    """(M, 3, 3) rotations of scalar-last quaternions (M, 4), normalised; InputError where a norm is far from 1."""
-    norms = np.linalg.norm(quaternions, axis=1)
-    wrong = np.abs(norms - 1) > NORM_TOLERANCE
-    if wrong.any():
-        i = int(np.argmax(wrong))
-        raise InputError(f"{path}, line {lines[i]}: a quaternion of norm {norms[i]:.6g}: unit quaternions are needed")
-    from scipy.spatial.transform import Rotation  # here: see as_rotations
-
-    return Rotation.from_quat(quaternions).as_matrix()
+def _counted(word: str) -> bool:
+    return word.strip().isascii() and word.strip().isdecimal()
 
 
 def _write(path: FilePath, header: Sequence[Columns], values: np.ndarray, delimiter: str) -> None:

@@ -79,7 +79,10 @@ def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_pa
         (["design", "{poses}", "-o", "{tmp}/m.obj"], "format 'obj' is unknown; there are json, csv, tum"),
         (["design", "{poses}", "-o", "{tmp}/no/m.json"], "no/m.json"),
         (["design", "{poses}", "-o", "{tmp}/no/m.glb"], "no/m.glb"),
-        (["design", "{poses}", "-o", "{tmp}/m.json", "--node", "hip"], "--node goes with .bvh, .glb, .gltf: leave"),
+        (
+            ["design", "{poses}", "-o", "{tmp}/m.json", "--node", "hip"],
+            "--node goes with .csv, .bvh, .glb, .gltf: leave",
+        ),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--seconds", "3"], "--seconds goes with .glb, .usda, .gif, .mp4"),
         (["design", "{poses}", "-o", "{tmp}/m.glb", "--seconds", "-3"], "--seconds -3.0: a positive number"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "{tmp}/m.glb", "--rate", "9"], "--rate goes with .csv, .tum"),

@@ -137,7 +137,7 @@ def test_two_parameter_motions(tmp_path, ending):
         (["{motion}", "-o", "{tmp}/m.obj"], "m.obj: format 'obj' is unknown; there are json, csv, tum"),
         (["{motion}", "-o", "{motion}"], "motion.json: is the file that is read, which would be lost"),
         (["{motion}", "-o", "{tmp}/m.csv", "--seconds", "2"], "--seconds goes with .glb, .usda, .gif, .mp4: leave it"),
-        (["{motion}", "-o", "{tmp}/m.csv", "--node", "hip"], "--node goes with .bvh, .glb, .gltf: leave it out"),
+        (["{motion}", "-o", "{tmp}/m.csv", "--node", "hip"], "--node goes with .csv, .bvh, .glb, .gltf: leave it out"),
         (["{motion}", "-o", "{tmp}/m.csv", "--rate", "0"], "--rate 0.0: a positive number is needed"),
         (["{motion}", "-o", "{tmp}/m.tum"], "m.tum: the motion is not rigid at time"),
         (["{other}", "-o", "{tmp}/m.csv"], "other.json: holds none of keyframes, motion, net"),

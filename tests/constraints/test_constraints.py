@@ -21,7 +21,7 @@ def program(*constraints, keys=KEYS, objective: Energy = OBJECTIVE, degree=3):
 
 
 LINEAR = {
-    "velocity": ([sm.Velocity(2, [1.0, 0.0, -0.5])], KEYS),
+    "velocity": ([sm.constraints.Velocity(2, [1.0, 0.0, -0.5])], KEYS),
     "angular rate": (
         [sm.constraints.AngularRate(0, [0.0, 0.0, 0.0]), sm.constraints.AngularRate(-1, [0.2, 0.0, 1.0])],
         KEYS,
@@ -29,7 +29,7 @@ LINEAR = {
     "periodic": ([sm.constraints.Periodic()], CLOSED),
     "line": ([sm.constraints.OnLine(2, [1.0, 1.0, 0.0])], KEYS),
     "several": (
-        [sm.constraints.Periodic(), sm.constraints.OnLine(3, [0.0, 0.0, 1.0]), sm.Velocity(1, [0, 0, 0])],
+        [sm.constraints.Periodic(), sm.constraints.OnLine(3, [0.0, 0.0, 1.0]), sm.constraints.Velocity(1, [0, 0, 0])],
         CLOSED,
     ),
 }
@@ -46,7 +46,7 @@ def test_linear_conditions_hold_and_solvers_agree(name):
         assert max(comparison.agreement(s) or (1,)) < 1e-6
         motion = s.motion
         for c in constraints:
-            if isinstance(c, sm.Velocity):
+            if isinstance(c, sm.constraints.Velocity):
                 t = keys.times[c.keyframe]
                 np.testing.assert_allclose(motion(t, 1).translation, np.asarray(c.velocity), atol=1e-9)
             if isinstance(c, sm.constraints.AngularRate):
@@ -77,7 +77,7 @@ def test_multiplier_of_a_velocity_is_the_change_of_the_optimum():
     step, direction = 1e-5, np.array([0.0, 1.0, 0.0])
 
     def solve(factor):
-        return sm.ExactNewton().solve(program(sm.Velocity(2, [1.0, 0, 0] + factor * direction))).require()
+        return sm.ExactNewton().solve(program(sm.constraints.Velocity(2, [1.0, 0, 0] + factor * direction))).require()
 
     slope = (solve(step).objective - solve(-step).objective) / (2 * step)
     assert slope == pytest.approx(-solve(0.0).multipliers["velocity"][0, 1], rel=1e-6)
@@ -127,8 +127,14 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: program(sm.Velocity(2, [1, 0, 0]), sm.Velocity(2, [1, 0, 0])), r"'velocity \(2\)'.* repeats"),
-        (lambda: program(sm.Velocity(2, [1, 0, 0]), sm.Velocity(2, [1, 1, 0])), r"'velocity \(2\)'.* contradicts"),
+        (
+            lambda: program(sm.constraints.Velocity(2, [1, 0, 0]), sm.constraints.Velocity(2, [1, 0, 0])),
+            r"'velocity \(2\)'.* repeats",
+        ),
+        (
+            lambda: program(sm.constraints.Velocity(2, [1, 0, 0]), sm.constraints.Velocity(2, [1, 1, 0])),
+            r"'velocity \(2\)'.* contradicts",
+        ),
         (
             lambda: program(
                 sm.constraints.Periodic(),
@@ -138,9 +144,12 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
             ),
             r"'angular rate \(2\)'.* contradicts conditions among keyframes, periodic",
         ),
-        (lambda: program(sm.Velocity(2, [1, 0, 0]), objective=sm.Rigidity()), "velocity is a condition on the transl"),
-        (lambda: program(sm.Velocity(6, [1, 0, 0])), "velocity: keyframe 6 does not exist: there are 6"),
-        (lambda: program(sm.Velocity(0, [1, 0])), r"velocity: velocity of shape \(2,\)"),
+        (
+            lambda: program(sm.constraints.Velocity(2, [1, 0, 0]), objective=sm.Rigidity()),
+            "velocity is a condition on the transl",
+        ),
+        (lambda: program(sm.constraints.Velocity(6, [1, 0, 0])), "velocity: keyframe 6 does not exist: there are 6"),
+        (lambda: program(sm.constraints.Velocity(0, [1, 0])), r"velocity: velocity of shape \(2,\)"),
         (lambda: program(sm.constraints.AngularRate(0, 1.0)), r"angular rate: rate of shape \(1,\)"),
         (lambda: program(sm.constraints.Periodic()), "the first and the last keyframe differ"),
         (lambda: program(sm.constraints.Periodic(), keys=CLOSED, degree=1), "degree 1 has no derivative"),

@@ -182,7 +182,7 @@ PATH_MOTION = sm.AffineMotion(MOTION.basis, MOTION.linear, MOTION.translation[::
     [
         (lambda: sm.excess(MOTION, cast(Any, 3.0)), "constraint 3.0 is no condition"),
         (lambda: sm.excess(cast(Any, 3.0), sm.RateBound(1.0)), "a float is no motion or curve with a domain"),
-        (lambda: sm.excess(MOTION, sm.Velocity(1, [0, 0, 0])), "this program has no keyframes"),
+        (lambda: sm.excess(MOTION, sm.constraints.Velocity(1, [0, 0, 0])), "this program has no keyframes"),
         (lambda: sm.excess(PATH, sm.RateBound(1.0)), "rate"),
     ],
 )

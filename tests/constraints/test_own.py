@@ -119,7 +119,10 @@ def test_a_net_of_one_parameter_has_derivatives_by_that():
         (lambda: net(J(lambda jet: jet.d, at=[(99.0, 5.0)], name="far")), "far: parameter u = 99 is outside"),
         (lambda: net(J(lambda jet: jet.d, at=5.0, name="one")), r"one: parameters of shape .* \(N, 2\) is needed"),
         (lambda: net(J(lambda jet: jet.dv, at=5.0, name="c"), of=CURVE), "one parameter u has no derivative by v"),
-        (lambda: net(sm.Velocity(0, [0, 0, 0])), "velocity is about keyframe 0, and this program has no keyframes"),
+        (
+            lambda: net(sm.constraints.Velocity(0, [0, 0, 0])),
+            "velocity is about keyframe 0, and this program has no keyframes",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_with_the_name(make, message):
@@ -129,7 +132,12 @@ def test_what_is_wrong_is_said_with_the_name(make, message):
 
 @pytest.mark.parametrize(
     "constraint",
-    [sm.Velocity(0, [0, 0, 0]), C.OnLine(1, [0, 0, 1]), sm.SpeedBound(np.eye(3), 1.0), sm.Tolerance(translation=0.1)],
+    [
+        sm.constraints.Velocity(0, [0, 0, 0]),
+        C.OnLine(1, [0, 0, 1]),
+        sm.SpeedBound(np.eye(3), 1.0),
+        sm.Tolerance(translation=0.1),
+    ],
     ids=lambda c: c.name,
 )
 def test_an_orientation_has_no_translation_to_constrain(constraint):

@@ -427,7 +427,7 @@ def test_keyframes_that_are_none_are_refused(kind, form):
             lambda: PROGRAMS["affine"]([sm.JetConstraint(lambda jet: jet.v, upper=[1.0, 2.0], at=0.5)]),
             r"a bound of shape \(2,\) for values of shape \(3,\)",
         ),
-        (lambda: PROGRAMS["orientation"]([sm.Velocity(0, [0, 0, 0])]), "translation"),
+        (lambda: PROGRAMS["orientation"]([sm.constraints.Velocity(0, [0, 0, 0])]), "translation"),
         (lambda: PROGRAMS["pose"]([sm.Tolerance(linear=0.1)]), "give a turn"),
         (lambda: PROGRAMS["affine"]([sm.Tolerance(turn=0.1)]), "give linear"),
         (lambda: PROGRAMS["curve"]([sm.RateBound(1.0)]), "rate"),

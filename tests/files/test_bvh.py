@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from symmotion.errors import InputError
-from symmotion.files import bvh, read_keyframes
+from symmotion.files import bvh, read_keyframes, read_recording
 from symmotion.files.bvh import read_bvh
 from symmotion.files.skeleton import Joint, Skeleton, joint_positions, joint_trajectories
 
@@ -58,7 +58,7 @@ def file(tmp_path, monkeypatch):
 
 
 def test_a_worked_example(file):
-    skeleton = read_bvh(file(ARM))
+    skeleton = read_bvh(file(ARM), offsets="add")
     assert skeleton.names == ("Hip", "Upper arm", "Upper arm end", "Tail", "Tail end")
     assert [j.parent for j in skeleton.joints] == [-1, 0, 1, 0, 3]
     np.testing.assert_allclose(skeleton.times, [0, 0.04, 0.08])
@@ -74,7 +74,7 @@ def test_a_worked_example(file):
 
 
 def test_rotations_are_about_axes_that_turn_along(file):
-    skeleton = read_bvh(file(ARM))
+    skeleton = read_bvh(file(ARM), offsets="add")
     rotations, places = joint_positions(skeleton, [1, 3])
     hip = Rotation.from_euler("ZXY", [10, 20, 30], degrees=True)
     arm = hip * Rotation.from_euler("XYZ", [40, 50, 60], degrees=True)
@@ -89,7 +89,8 @@ def test_keyframes_of_a_joint(file):
     rotations, places = joint_positions(read_bvh(name), [3])
     np.testing.assert_array_equal(keys.linear, rotations[:, 0])
     np.testing.assert_array_equal(keys.translation, places[:, 0])
-    np.testing.assert_allclose(read_keyframes(name).translation[1], [11, 22, 33])
+    np.testing.assert_allclose(read_keyframes(name).translation[1], [10, 20, 30])
+    np.testing.assert_allclose(read_keyframes(name, offsets="add").translation[1], [11, 22, 33])
     np.testing.assert_allclose(read_keyframes(name, node=0, times=[0, 1, 5]).times, [0, 1, 5])
     assert len(read_keyframes(file(ARM, "b.txt"), format="bvh")) == 3
 
@@ -115,7 +116,7 @@ def affinely_moved():
 
 def test_affine_keyframes_of_joints(file):
     text, linear, translation = affinely_moved()
-    skeleton = read_bvh(file(text))
+    skeleton = read_bvh(file(text), offsets="add")
     for joints in (None, ["j0", "j3", "j4", "j5"]):
         fit = skeleton.affine_keyframes(joints)
         np.testing.assert_allclose(fit.keyframes.linear, linear, atol=1e-12)
@@ -258,7 +259,7 @@ def test_bad_skeletons(changes, message):
 
 def test_as_many_joints_as_a_file_may_have(file, monkeypatch):
     monkeypatch.setattr(bvh, "MOST_JOINTS", 4)
-    with pytest.raises(InputError, match=r"a\.bvh, line 20: more than 4 joints"):
+    with pytest.raises(InputError, match=r"a\.bvh, line 21: more than 4 joints"):
         read_bvh(file(ARM))
 
 
@@ -294,3 +295,85 @@ def test_damaged_files_are_input_errors_or_read(file):
         except InputError as error:
             assert str(error).startswith("a.bvh")
     assert 0 < read < len(damaged)
+
+
+# What exporters write otherwise
+
+CHAIN = """\
+HIERARCHY
+ROOT Hips
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT Knee
+  {
+    OFFSET 0 -10 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    End Site
+    {
+      OFFSET 0 -8 0
+    }
+  }
+}
+MOTION
+Frames: 3
+Frame Time: 0.0333333
+0 90 0 0 0 0 10 0 0
+1 90 0 0 0 0 20 0 0
+2 90 0 0 0 0 30 0 0
+"""
+FEW = CHAIN.replace("    CHANNELS 3 Zrotation Xrotation Yrotation\n", "")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        CHAIN.replace("Frames: 3", "Frames:3").replace("Frame Time: ", "Frame Time:"),
+        CHAIN.replace("Frames: 3", "Frames : 3"),
+        CHAIN.replace("OFFSET 0 -8 0", "OFFSET 0 -8 0\n      CHANNELS 0"),
+        CHAIN.replace("End Site", "End Site toe_tip"),
+        CHAIN.replace("0 0 0 0 10", "0 0 0 0\n10").replace("0 0 0 0 20", "0 0 0 0\n 20"),
+        CHAIN + "# exported by X\n",
+        FEW.replace(" 10 0 0\n", "\n").replace(" 20 0 0\n", "\n").replace(" 30 0 0\n", "\n"),
+    ],
+)
+def test_spellings_of_headers_and_frames(file, text):
+    keys = read_keyframes(file(text))
+    np.testing.assert_array_equal(keys.translation, [[0, 90, 0], [1, 90, 0], [2, 90, 0]])
+
+
+def test_another_number_of_frames_than_claimed(file):
+    more, fewer = CHAIN.replace("Frames: 3", "Frames: 2"), CHAIN.replace("Frames: 3", "Frames: 4")
+    for text, message in (
+        (more, "more than the 2 frames .* frames='found' reads them"),
+        (fewer, "ends after 3 of the 4"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_keyframes(file(text))
+        assert len(read_keyframes(file(text), frames="found")) == 3
+    assert len(read_keyframes(file(more), frames="claimed")) == 2
+    read = read_recording(file(fewer), frames="found")
+    assert read.notes == ("3 frames are read where the file claims 4",)
+
+
+def test_names_in_another_encoding(file):
+    name = file(CHAIN.replace("Hips", "センター").encode("shift_jis"))
+    with pytest.raises(InputError, match=r"is not UTF-8 text .* save it as UTF-8, or name its encoding"):
+        read_bvh(name)
+    assert read_bvh(name, encoding="shift_jis").names[0] == "センター"
+    for encoding in ("no such", "base64", ""):
+        with pytest.raises(InputError, match=r"encoding .* is unknown"):
+            read_bvh(name, encoding=encoding)
+
+
+@pytest.mark.parametrize(("first", "chosen", "place"), [("0 -10 0", "replace", -10), ("0 0 0", "add", -10)])
+def test_what_position_channels_mean_is_told_by_the_first_frame(file, first, chosen, place):
+    text = CHAIN.replace("CHANNELS 3 Zrotation", "CHANNELS 6 Xposition Yposition Zposition Zrotation")
+    for k, angle in enumerate((10, 20, 30)):
+        text = text.replace(f"{k} 90 0 0 0 0 {angle}", f"{k} 90 0 0 0 0 {first} {angle}")
+    skeleton = read_bvh(file(text))
+    assert skeleton.offsets == chosen
+    np.testing.assert_allclose(joint_trajectories(skeleton)[0, 1], [0, 90 + place, 0])
+    assert "in the first frame tell" in read_recording(file(text)).notes[0]
+    other = {"replace": "add", "add": "replace"}[chosen]
+    assert joint_trajectories(read_bvh(file(text), offsets=other))[0, 1, 1] == {"add": 70, "replace": 90}[other]

@@ -223,7 +223,7 @@ MATRIX = "[[1, 0], [0, 1]]"
         ("a.csv", "x,y,z,theta\n", "a.csv: .* x, y, z would be the translation: it takes exactly x y, or tx ty"),
         ("a.csv", "x,y,qx,qy,qz,qw\n", "a.csv: .* x, y would be the translation: it takes exactly x y z, or"),
         ("a.csv", "theta,note\n0,a\n1\n", "a.csv, line 3: 1 columns, not 2"),
-        ("a.csv", "theta;x;y\n0;0;0\n\n0,5;0;0\n", "a.csv, line 4: '0,5' is not a number"),
+        ("a.csv", "theta;x;y\n0;0;0\n\n0,5,1;0;0\n", "a.csv, line 4: '0,5,1' is not a number"),
         ("a.csv", "t,theta\n0,0\n\n0,1\n", "a.csv, line 4: time 0.0 repeats that of line 2"),
         ("a.csv", 'theta,note\n0,"' + "x" * 200_000, "a.csv, line 2: field larger than field limit"),
         ("a.json", '{"linear": [\n1,, 2]}', "a.json, line 2, column 3: "),
@@ -255,7 +255,7 @@ def test_bad_keyframe_files_name_the_file_and_the_place(file, name, content, mes
     "options, message",
     [
         ({"format": "obj"}, "a.tum: format 'obj' is unknown; there are tum, kitti, csv, json"),
-        ({"node": "hip"}, "a.tum: tum has no node: it goes with bvh, glb, gltf"),
+        ({"node": "hip"}, "a.tum: tum has no node: it goes with csv, bvh, glb, gltf"),
         ({"delimiter": "::"}, "delimiter '::': one character is needed"),
         ({"delimiter": ""}, "delimiter '': one character is needed"),
         ({"times": [0, 1, 2]}, "a.tum: 3 times for 2 linear parts"),

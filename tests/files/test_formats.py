@@ -42,7 +42,7 @@ def test_a_format_of_ones_own_is_a_row(tmp_path):
     assert len(sm.read_keyframes(tmp_path / "a.dat", "pts", formats=table)) == 2
     with pytest.raises(sm.InputError, match=r"a.pts: format 'pts' is unknown; there are tum, kitti"):
         sm.read_keyframes(tmp_path / "a.pts")
-    with pytest.raises(sm.InputError, match=r"a.pts: points has no node: it goes with bvh, glb, gltf"):
+    with pytest.raises(sm.InputError, match=r"a.pts: points has no node: it goes with csv, bvh, glb, gltf"):
         sm.read_keyframes(tmp_path / "a.pts", node="hip", formats=table)
 
 

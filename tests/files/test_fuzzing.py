@@ -1,5 +1,6 @@
 """Readers on files that nobody wrote: an answer that is finite, or an InputError of one line."""
 
+import gzip
 import json
 import warnings
 from pathlib import Path
@@ -26,10 +27,22 @@ BVH = (
 BVH += "MOTION\nFrames: 2\nFrame Time: 0.1\n1 2 3\n4 5 6\n"
 KEYS = sm.examples.random_keyframes(3, 50, seed=1)
 READ = {
-    **dict.fromkeys(["tum", "kitti", "csv", "json", "bvh", "txt"], sm.read_keyframes),
+    **dict.fromkeys(["tum", "kitti", "csv", "json", "bvh", "txt", "log"], sm.read_keyframes),
+    **dict.fromkeys(["images.txt", "transforms.json", "motive.csv", "euroc.csv", "tum.gz"], sm.read_keyframes),
+    "skin.glb": read_gltf_keyframes,
     **dict.fromkeys(["glb", "gltf"], read_gltf_keyframes),
     **dict.fromkeys(["npz", "net.json"], read_two_parameter),
     **dict.fromkeys(["saved.json"], sm.load),
+}
+EYE = "1 0 0 2\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+TEXTS = {
+    "log": f"0 0 1\n{EYE}1 1 2\n{EYE}",
+    "images.txt": "# IMAGE_ID, QW, QX, QY, QZ, TX\n1 1 0 0 0 0 0 0 1 a.png\n1 2 3\n2 1 0 0 0 1 2 3 1 b.png\n\n",
+    "transforms.json": json.dumps({"frames": [{"time": t, "transform_matrix": np.eye(4).tolist()} for t in (0, 1)]}),
+    "motive.csv": "Format Version,1.2,Length Units,Meters\n\n,,Rigid Body,Rigid Body\n"
+    "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z\n0,0,0,0,0,1,0,0,0\n1,0.5,0,0,0,1,1,2,3\n",
+    "euroc.csv": "#timestamp [ns], p_x [m], p_y [m], p_z [m], q_w [], q_x [], q_y [], q_z []\n"
+    "1403715524907143168,0,0,0,1,0,0,0\n1403715524912143168,0,0,0,1,0,0,0\n",
 }
 # What stands for much in files: signs, brackets, words for what is no number, sizes that nothing has.
 PIECES = [
@@ -58,6 +71,13 @@ def sample(directory: Path, kind: str) -> bytes:
         return BVH.encode()
     if kind == "txt":
         return b"0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n"
+    if kind in TEXTS:
+        return TEXTS[kind].encode()
+    if kind == "tum.gz":
+        return gzip.compress(sample(directory, "tum"))
+    if kind == "skin.glb":
+        write_motion(MOTIONS["affine"], path)
+        return path.read_bytes()
     if kind in ("npz", "net.json"):
         write_two_parameter(NET, path)
     elif kind == "glb":
@@ -114,7 +134,7 @@ JSON = st.recursive(
 )
 
 
-@pytest.mark.parametrize("kind", ["json", "gltf", "net.json", "saved.json"])
+@pytest.mark.parametrize("kind", ["json", "transforms.json", "gltf", "net.json", "saved.json"])
 @QUICK
 @given(data=st.data())
 def test_whatever_an_entry_of_a_document_is(kind, samples, tmp_path, data):

@@ -1,0 +1,117 @@
+"""The file that a command reads: its format and options, standard input, and what takes long."""
+
+import argparse
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from shutil import copyfileobj
+from tempfile import TemporaryDirectory
+from time import monotonic
+
+from symmotion import checks
+from symmotion.commands.parsing import add_format_options, format_options, note
+from symmotion.errors import InputError
+from symmotion.files.formats import Format, endings, read_file, row_of
+from symmotion.files.recording import Recording, thinned
+from symmotion.opening import LARGEST
+
+PIPE = Path("-")
+LONG = 2.0  # seconds after which it is told that something is still going on
+
+
+def add_reading(parser: argparse.ArgumentParser, formats: Sequence[Format], thinning: bool = True) -> None:
+    """`--format`, thinning, and the options of the formats."""
+    names = ", ".join(dict.fromkeys([*(row.name for row in formats), *endings(formats)]))
+    parser.add_argument("--format", metavar="NAME", help=f"of FILE, whatever its ending: {names}")
+    parser.add_argument("--to", metavar="NAME", help="format of standard output, -o -")
+    if thinning:
+        parser.add_argument("--every", type=int, metavar="N", help="keep every Nth keyframe only")
+        parser.add_argument(
+            "--keep-rate", type=float, metavar="R", help="keep the keyframes nearest to R per unit of time"
+        )
+    add_format_options(parser, formats, "read")
+
+
+def recording_of(options: argparse.Namespace, formats: Sequence[Format], rate: float | None = None) -> Recording:
+    """The keyframes that the options ask for; what there is to say of them is said on standard error."""
+    every, kept = getattr(options, "every", None), getattr(options, "keep_rate", None)
+    if every is not None:
+        checks.whole(every, 1, "--every")
+    if kept is not None:
+        checks.positive(kept, "--keep-rate")
+    given = format_options(options, formats, "read", [row_of(options.file, formats, options.format)])
+    found = read_file(options.file, Recording, formats, "keyframes", format=options.format, options=given)
+    try:
+        found = thinned(found, every, kept if kept is not None else rate)
+    except InputError as error:
+        raise InputError(f"{options.file}: {error}") from None
+    note(options, options.file, found.notes)
+    return found
+
+
+@contextmanager
+def progress(options: argparse.Namespace, what: str) -> Iterator[None]:
+    """Lines on standard error while something takes longer than two seconds, unless the command is to be quiet."""
+    if options.quiet:
+        yield
+        return
+    over, began = threading.Event(), monotonic()
+
+    def tell() -> None:
+        wait = LONG
+        while not over.wait(wait):
+            print(f"symmotion {options.name}: {what}: {monotonic() - began:.0f} s", file=sys.stderr, flush=True)
+            wait = min(2 * wait, 30.0)
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        over.set()
+        teller.join()
+
+
+@contextmanager
+def piped(options: argparse.Namespace) -> Iterator[None]:
+    """Files in place of standard input and output, where the options name these by `-`.
+
+    What was written for standard output goes there when the block ends without an error.
+    """
+    reading = getattr(options, "file", None) == PIPE
+    outputs = getattr(options, "output", None)
+    writing = isinstance(outputs, list) and PIPE in outputs
+    if not reading and not writing:
+        yield
+        return
+    with TemporaryDirectory(prefix="symmotion-pipe-") as directory:
+        target = Path(directory) / f"output.{getattr(options, 'to', None)}"
+        try:
+            if reading:
+                options.file = _taken(Path(directory), getattr(options, "format", None))
+            if writing and isinstance(outputs, list):
+                if not getattr(options, "to", None):
+                    raise InputError("-: standard output has no ending: name its format with --to")
+                options.output, options.quiet_output = [target if p == PIPE else p for p in outputs], True
+            yield
+        except InputError as error:
+            shown = str(error).replace(f"{directory}/input", "-").replace(f"{directory}/output", "-")
+            raise InputError(shown) from error
+        if writing:
+            with target.open("rb") as made:
+                copyfileobj(made, sys.stdout.buffer)
+            sys.stdout.buffer.flush()
+
+
+def _taken(directory: Path, format: str | None) -> Path:
+    """Standard input as a file whose ending is its format."""
+    if format is None:
+        raise InputError("-: standard input has no ending: name its format with --format")
+    data = sys.stdin.buffer.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise InputError(f"-: more than {LARGEST >> 20} MB come from standard input: that is the most that is read")
+    path = directory / f"input.{format}"
+    path.write_bytes(data)
+    return path

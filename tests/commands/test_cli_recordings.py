@@ -1,0 +1,111 @@
+"""Recordings on the command line: smooth, formats and repairs as options, pipes, one line where something is wrong."""
+
+import io
+import sys
+
+import numpy as np
+import pytest
+
+import symmotion as sm
+from symmotion.commands import main
+
+
+@pytest.fixture
+def poses(tmp_path):
+    t = np.linspace(0.0, 3.0, 40)
+    rng = np.random.default_rng(0)
+    angles = t / 2
+    rows = [
+        (x, np.cos(x) + e, np.sin(x), 0.0, 0.0, 0.0, np.sin(a), np.cos(a))
+        for x, a, e in zip(t, angles, 0.01 * rng.normal(size=40), strict=True)
+    ]
+    path = tmp_path / "poses.log"
+    path.write_text("\n".join(",".join(map(str, row)) for row in rows))
+    return path
+
+
+class Binary:
+    """A standard stream of bytes."""
+
+    def __init__(self, data: bytes = b""):
+        self.buffer = io.BytesIO(data)
+
+    def write(self, text: str) -> int:
+        return self.buffer.write(text.encode())
+
+    def flush(self) -> None:
+        pass
+
+
+def test_smooth_says_what_it_chose(poses, tmp_path, capsys):
+    out = [tmp_path / "m.json", tmp_path / "m.tum"]
+    assert main(["smooth", str(poses), "--format", "tum", "-o", *map(str, out)]) == 0
+    shown = capsys.readouterr()
+    assert "controls follows 40 keyframes, smoothed by generalised cross-validation" in shown.err
+    assert "degrees of freedom, σ = 0.0" in shown.err and "solved" in shown.out
+    assert len(sm.read_keyframes(out[1])) == 200
+    assert main(["smooth", str(poses), "--format", "tum", "--quiet", "--noise", "0", "-o", str(out[0])]) == 0
+    assert capsys.readouterr() == ("", "")
+    keys = sm.read_keyframes(poses, format="tum")
+    np.testing.assert_allclose(sm.read_motion(out[0])(keys.times).translation, keys.translation, atol=1e-9)
+
+
+def test_convert_thins_and_says_what_was_repaired(poses, tmp_path, capsys):
+    out = tmp_path / "a.csv"
+    text = poses.read_text().splitlines()
+    poses.write_text("\n".join([*text[:3], text[2], "9,nan,0,0,0,0,0,1", *text[3:]]))
+    more = ["--lost", "drop", "--repeated", "merge", "--every", "2"]
+    assert main(["convert", str(poses), "--format", "tum", *more, "-o", str(out)]) == 0
+    error = capsys.readouterr().err
+    assert "1 rows of lost tracking are dropped, the first in line 5" in error and "1 rows whose times repeat" in error
+    assert "21 of 40 keyframes are kept" in error
+    assert len(sm.read_keyframes(out)) == 21
+    assert main(["convert", str(out), "-o", str(tmp_path / "b.csv"), "--rate", "2"]) == 0
+    assert 6 <= len(sm.read_keyframes(tmp_path / "b.csv")) <= 8
+
+
+def test_pipes(poses, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stdin", Binary(poses.read_bytes()))
+    out = Binary()
+    monkeypatch.setattr(sys, "stdout", out)
+    assert main(["convert", "-", "--format", "tum", "-o", "-", "--to", "csv"]) == 0
+    lines = out.buffer.getvalue().decode().splitlines()
+    assert lines[0].startswith("t,a11,a12") and len(lines) == 41
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["smooth", "-", "-o", "m.json"], "-: standard input has no ending: name its format with --format"),
+        (["smooth", "{poses}", "--format", "tum", "-o", "-"], "-: standard output has no ending: name its format"),
+        (["smooth", "{poses}", "--format", "tum", "-o", "m.json", "--noise", "1", "2", "3"], "--noise: two numbers"),
+        (["smooth", "{poses}", "--format", "tum", "-o", "m.json", "--noise", "-1", "2"], "--noise: noise -1.0"),
+        (["smooth", "{poses}", "--format", "xyz", "-o", "m.json"], "format 'xyz' is unknown; there are"),
+        (["smooth", "{poses}", "--format", "tum", "-o", "m.json", "--every", "0"], "--every 0: a whole number"),
+        (["smooth", "{poses}", "--format", "tum", "-o", "m.json", "--lost", "x"], "--lost 'x' is unknown; there are"),
+        (["smooth", "{poses}", "--format", "tum", "-o", "m.json", "--node", "hip"], "--node goes with .csv, .bvh"),
+        (["convert", "{poses}", "--format", "tum", "-o", "m.json", "--columns", "x"], "columns 'x': ROLE=NAME"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(arguments, message, poses, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main([a.format(poses=poses) for a in arguments]) == 2
+    error = capsys.readouterr().err
+    assert message in error and error.count("\n") == 1
+    assert not (tmp_path / "m.json").exists()
+
+
+def test_progress_is_told(poses, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("symmotion.commands.inputs.LONG", 0.001)
+    assert main(["smooth", str(poses), "--format", "tum", "-o", str(tmp_path / "m.json")]) == 0
+    assert "unknowns: 0 s" in capsys.readouterr().err
+
+
+def test_an_interrupt_is_one_line(poses, tmp_path, capsys, monkeypatch):
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("symmotion.commands.smooth.plan", interrupted)
+    assert main(["smooth", str(poses), "--format", "tum", "-o", str(tmp_path / "m.json")]) == 130
+    error = capsys.readouterr().err
+    assert error == "symmotion smooth: interrupted\n"
