@@ -45,8 +45,7 @@ from symmotion.errors import InputError, SolveError
 from symmotion.fairing import fair
 from symmotion.files import read_keyframes, write_keyframes, write_motion
 from symmotion.loading import load
-from symmotion.motions import Affine, AffineMotion, Keyframes, PoseMotion, examples, interpolants, quaternions
-from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.motions import Affine, AffineMotion, Keyframes, examples, interpolants, quaternions
 from symmotion.smoothing import smooth
 from symmotion.solvers import Elimination, ExactNewton, Ipopt, Solution, compare
 from symmotion.systems import certify

@@ -1,4 +1,4 @@
-"""Solutions as answers: prices of keyframes and times, where knots pay, how well fits are known, which minima there are."""
+"""Solutions as answers: prices of keyframes and times, where knots pay, how well fits are known, all minima."""
 
 from symmotion.answers.bounds import LowerBound, lower_bound
 from symmotion.answers.covariance import Band, FitCovariance, fit_covariance, noise_of

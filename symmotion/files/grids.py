@@ -2,6 +2,7 @@
 
 import csv
 from dataclasses import dataclass
+from textwrap import shorten
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
-from symmotion.files.tables import Columns, choose_columns, csv_rows, read_numbers
+from symmotion.files.tables import Columns, read_numbers, table_of
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.position import Affine
 from symmotion.motions.symmetry import Symmetry
@@ -46,11 +47,11 @@ def read_orientation_grid(
     orientations do not join without it.
     """
     with readable(path) as handle:
-        rows = csv_rows(path, handle, delimiter)
-        header = _header(next(rows, (1, []))[1])
+        table = table_of(path, handle, delimiter, False)
+        header = _header(table.header or ())
         place = _present(path, header, "places on the grid", PLACES)
         turn = _present(path, header, "orientations", (QUATERNION, *EULER))
-        numbers, lines = read_numbers(path, rows, [header.index(c) for c in (*place, *turn)], len(header))
+        numbers, lines = read_numbers(path, table.rows, [header.index(c) for c in (*place, *turn)], len(header))
     at, values = numbers[:, :2], numbers[:, 2:]
     real = values if turn == QUATERNION else _from_euler(path, values, convention, degrees)
     zero = np.linalg.norm(real, axis=1) == 0
@@ -91,10 +92,10 @@ def read_tool_path(path: FilePath, *, delimiter: str | None = None) -> ToolPath:
     """A table of columns `u v x y z qw qx qy qz` by name, in any order."""
     wanted = (*PARAMETERS, *TRANSLATION, *QUATERNION)
     with readable(path) as handle:
-        rows = csv_rows(path, handle, delimiter)
-        header = _header(next(rows, (1, []))[1])
+        table = table_of(path, handle, delimiter, False)
+        header = _header(table.header or ())
         chosen = _present(path, header, "tool path", (wanted,))
-        numbers, lines = read_numbers(path, rows, [header.index(c) for c in chosen], len(header))
+        numbers, lines = read_numbers(path, table.rows, [header.index(c) for c in chosen], len(header))
     real = numbers[:, 5:]
     zero = np.linalg.norm(real, axis=1) == 0
     if zero.any():
@@ -123,7 +124,12 @@ def _present(path: FilePath, header: list[str], what: str, groups: tuple[Columns
     for group in groups:
         if set(group) <= set(header):
             return tuple(group)
-    return tuple(choose_columns(path, header, what, groups))
+    known = {name for group in groups for name in group}
+    found = ", ".join(name for name in header if name in known) or "none"
+    raise InputError(
+        f"{path}: of the columns ({shorten(', '.join(header), 200, placeholder=' …')}) {found} would be the {what}: "
+        f"it takes {', or '.join(' '.join(group) for group in groups)}"
+    )
 
 
 def _from_euler(path: FilePath, angles: np.ndarray, convention: str, degrees: bool) -> np.ndarray:
