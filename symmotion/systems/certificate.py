@@ -25,7 +25,7 @@ NEARLY = 1e-3
 # What sums of some ten numbers may be off by, in roundings of the largest.
 SLOPPY = 64
 # Conditions that are fewer than this in own units, of what the others leave, repeat them.
-DEPENDENT = 1e-12
+DEPENDENT = 1e-12  # of squares
 # Multiples of the identity that are added to a matrix that is not positive definite, relative to its diagonal.
 LEAST_SHIFT, MOST_SHIFT = 1e-10, 1e6
 
@@ -234,7 +234,7 @@ class Inspection:
             return active, False
         _, r, order = la.qr(scaled.toarray().T, mode="economic", pivoting=True)
         strengths = np.abs(np.diag(r))
-        return active[np.sort(order[: int((strengths > DEPENDENT * strengths[0]).sum())])], True
+        return active[np.sort(order[: int((strengths > DEPENDENT**0.5 * strengths[0]).sum())])], True
 
     @cached_property
     def shared(self) -> AnySystem | None:

@@ -395,9 +395,9 @@ def test_a_net_that_is_not_finite_at_the_end_is_no_success(monkeypatch):
     from importlib import import_module
 
     module = import_module("symmotion.fairing.fair")
-    steps = module._by_steps
+    steps = module.by_steps
     endless = np.full_like(Coordinates.of(SPHERICAL).net, np.inf)
-    monkeypatch.setattr(module, "_by_steps", lambda *given: replace(steps(*given), net=endless))
+    monkeypatch.setattr(module, "by_steps", lambda *given: replace(steps(*given), net=endless))
     result = fair(SPHERICAL, max_steps=3)
     assert result.status is FairingStatus.FAILED and "at the end" in result.message
     with pytest.raises(sm.SolveError, match="at the end"):

@@ -107,7 +107,8 @@ def test_json_follows_the_contract(tmp_path):
     assert study["tables"][0]["columns"] == [{"name": "case", "unit": ""}, {"name": "length", "unit": "m"}]
     assert study["tables"][0]["rows"] == [["a", 1 / 3], ["b", None], ["c", None]]
     good, bad = study["runs"]
-    keys = "case method solver status objective stationarity violation decrement complementarity excess inertia iterations unknowns multipliers"
+    keys = "case method solver status objective stationarity violation decrement complementarity excess inertia iterations "
+    keys += "evaluations unknowns multipliers"
     assert list(good) == [*keys.split(), "convergence_order", "seconds"]
     assert list(good["seconds"]) == ["build", "compile", "solve", "evaluate", "linear"]
     assert (good["method"], good["status"], good["inertia"]) == ("newton", "solved", "positive")
