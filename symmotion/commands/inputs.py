@@ -12,7 +12,7 @@ from time import monotonic
 
 from symmotion import checks
 from symmotion.commands.parsing import add_format_options, format_options, note
-from symmotion.errors import InputError
+from symmotion.errors import InputError, SolveError
 from symmotion.files.formats import Format, endings, read_file, row_of
 from symmotion.files.recording import Recording, thinned
 from symmotion.opening import LARGEST
@@ -94,11 +94,11 @@ def piped(options: argparse.Namespace) -> Iterator[None]:
             if writing and isinstance(outputs, list):
                 if not getattr(options, "to", None):
                     raise InputError("-: standard output has no ending: name its format with --to")
-                options.output, options.quiet_output = [target if p == PIPE else p for p in outputs], True
+                options.output, options.piped_output = [target if p == PIPE else p for p in outputs], target
             yield
-        except InputError as error:
+        except (InputError, SolveError) as error:
             shown = str(error).replace(f"{directory}/input", "-").replace(f"{directory}/output", "-")
-            raise InputError(shown) from error
+            raise type(error)(shown) from error
         if writing:
             with target.open("rb") as made:
                 copyfileobj(made, sys.stdout.buffer)

@@ -34,7 +34,8 @@ def write_outputs(
         row = row_of(path, formats)
         assert row.write is not None
         said = row.write(value, path, **_taken(row, given))
-        say(options, f"wrote {path if said is None else said}")
+        if path != getattr(options, "piped_output", None):
+            say(options, f"wrote {path if said is None else said}")
 
 
 def _taken(row: Format, given: Mapping[str, object]) -> dict[str, object]:

@@ -149,7 +149,7 @@ def at_fault(culprit: object) -> Iterator[None]:
 def say(options: argparse.Namespace, text: object) -> None:
     """Lines on standard output, or on standard error where a file goes there; none if the command is to be quiet."""
     if not options.quiet:
-        where = sys.stderr if getattr(options, "quiet_output", False) else sys.stdout
+        where = sys.stderr if getattr(options, "piped_output", None) else sys.stdout
         print("\n".join(map(plain, str(text).split("\n"))), file=where)
 
 

@@ -174,13 +174,21 @@ def read_numbers(
             if lost:
                 numbers.extend(_or_nothing(fields[column]) for column in columns)
             else:
-                numbers.extend(number(fields[column]) for column in columns)
+                numbers.extend(_plainly(fields, columns))
         except InputError as error:
             raise InputError(f"{path}, line {line}: {error}") from None
         lines.append(line)
     if not lines:
         raise InputError(f"{path}: holds no keyframes")
     return np.frombuffer(numbers).reshape(-1, count), lines
+
+
+def _plainly(fields: Sequence[str], columns: Sequence[int]) -> list[float]:
+    """The numbers of some fields: almost all have a point, and cost no more than that."""
+    try:
+        return [finite(fields[column]) for column in columns]
+    except InputError:
+        return [number(fields[column]) for column in columns]
 
 
 def _advice(fields: Sequence[str]) -> str:

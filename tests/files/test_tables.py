@@ -39,7 +39,7 @@ def table(header, columns, mark=",", end="\n") -> str:
 
 
 def assert_poses(keys: sm.Keyframes, times: ArrayLike = TIMES):
-    np.testing.assert_allclose(keys.times - keys.times[0], times, atol=3e-7)
+    np.testing.assert_allclose(keys.times - keys.times[0], np.asarray(times), atol=3e-7)
     np.testing.assert_allclose(keys.translation, PLACES, atol=1e-12)
     np.testing.assert_allclose(keys.linear, TURNS.as_matrix(), atol=1e-12)
 
