@@ -12,6 +12,8 @@ from symmotion.motions.rotations import as_rotations, from_rotation, to_rotation
 from symmotion.splines import Spline, cubic_interpolant
 
 FINE = 8  # points of the path to a segment
+# A start need not be exact, nor take longer than the descent from it: some ways round have no C² curve.
+ROUGH, STEPS = 1e-6, 30
 
 
 def turns_between(keys: Keyframes) -> np.ndarray:
@@ -37,7 +39,7 @@ def rigid_spline(keys: Keyframes, turns: np.ndarray | None = None) -> Spline:
     share = np.arange(FINE) / FINE
     times = np.append((keys.times[:-1, None] + np.diff(keys.times)[:, None] * share).ravel(), keys.times[-1])
     try:
-        path = interpolate_keys(given, "natural")(times)
+        path = interpolate_keys(given, "natural", tolerance=ROUGH, max_iterations=STEPS)(times)
     except SolveError:
         steps = product(given.quaternions[:-1, None], exp(given.ways[:, None] * share[:, None]))
         path = np.concatenate([steps.reshape(-1, 4), given.quaternions[-1:]])

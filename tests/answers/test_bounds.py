@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import symmotion as sm
+from symmotion.answers.bounds.proof import monomial_reach
+from symmotion.answers.bounds.quartic import Chart
 
 pytest.importorskip("clarabel", reason="the extra symmotion[global] is not installed")
 
@@ -55,6 +57,25 @@ def test_half_a_turn_ties_two_mirror_minima(order):
     mirror = np.diag([1.0, -1.0])
     np.testing.assert_allclose(mirror @ one @ mirror, other, atol=1e-6)
     assert abs(one - other).max() > 0.5
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_what_bounds_the_monomials_holds_below_the_objective(order):
+    """Free unknowns grow until the objective is that of the level set: their monomials stay below what is said."""
+    program = sm.affine_program(turned(0, 180, 250), refine=0, objective=sm.Rigidity(order))
+    known = sm.ExactNewton().solve(program)
+    chart, evaluate, rng = Chart.of(program, known.x), sm.program.Evaluator(program), np.random.default_rng(1)
+    for level in (2 * known.objective, 100 * known.objective):
+        reach = monomial_reach(program, chart, level)
+        assert reach is not None
+        for _ in range(50):
+            u = rng.normal(size=chart.free)
+            while evaluate.objective(chart.point(u)) > level:
+                u *= 0.9
+            assert u @ u + (u @ u) ** 2 < reach
+    assert (
+        monomial_reach(sm.affine_program(turned(0, 180), objective=sm.TrajectoryEnergy(np.eye(2))), chart, 1.0) is None
+    )
 
 
 def test_long_motions_by_the_cliques_of_their_spans():

@@ -171,10 +171,11 @@ def monomial_reach(program: Program, chart: Chart, best: float) -> float | None:
 
     Rigidity bounds g = |A qᵢ|² between keyframes a time h apart: |g − its chord|² ≤ h/4 ∫ġ² and ≤ h³/48 ∫g̈². So
     |A(t)|² ≤ ρ² for all t; controls are bounded by A at the knot averages, and the free unknowns by controls. None of
-    programs without a rigidity of unit test vectors, or with translations among their unknowns.
+    programs without a rigidity of unit test vectors, with translations among their unknowns, or with other conditions.
     """
     design = program.design
-    if not isinstance(design, AffineDesign) or design.channels > design.keyframes.dimension**2:
+    # Other conditions may free keyframes, between which the chords would not be known.
+    if not isinstance(design, AffineDesign) or design.constraints or design.channels > design.keyframes.dimension**2:
         return None
     keys, basis = design.keyframes, design.basis
     found = [(w, e) for _, w, e in parts_of(design.objective) if isinstance(e, Rigidity) and e.test_vectors is None]
@@ -182,6 +183,9 @@ def monomial_reach(program: Program, chart: Chart, best: float) -> float | None:
     if not found or not squares or best < 0:
         return None
     weight, energy = found[0]
+    inner = basis.knots[basis.degree + 1 : -basis.degree - 1]
+    if np.unique(inner, return_counts=True)[1].max(initial=0) > basis.degree + 1 - energy.order:
+        return None  # what jumps is not in the integral
     shares = np.ones(keys.dimension) if energy.weights is None else np.diag(energy.weights)
     if not (shares > 0).all():
         return None

@@ -117,17 +117,18 @@ def gram_forms(program: Program, chart: Chart) -> tuple[np.ndarray, ...]:
             whole[:, :, np.searchsorted(clique.unknowns, columns)] = dz
             first = slope[element] @ whole
             second = np.einsum("qcab,qai,qbj->qcij", bend[element], whole, whole, optimize=True)
-            quadratic = clique.blocks[0][1 + len(clique.unknowns) :] - 1
-            i, j = np.searchsorted(clique.unknowns, quadratic).T
-            pairs = second[..., i, j] * np.where(i == j, 0.5, 1.0)
-            residuals = np.concatenate([value[element][..., None], first, pairs], axis=2)
-            weights = block.weights[element]
+            weights, linear = block.weights[element], slice(1, 1 + len(clique.unknowns))
             if block.kernel.squares:
+                i, j = np.searchsorted(clique.unknowns, clique.blocks[0][linear.stop :] - 1).T
+                pairs = second[..., i, j] * np.where(i == j, 0.5, 1.0)
+                residuals = np.concatenate([value[element][..., None], first, pairs], axis=2)
                 forms[k] += np.einsum("q,qci,qcj->ij", weights, residuals, residuals, optimize=True)
-            else:
-                row = np.einsum("q,qci->i", weights, residuals)
-                forms[k][0] += row / 2
-                forms[k][:, 0] += row / 2
+            else:  # of degree two: products of the u_i, which need no squares of products
+                slopes = 0.5 * np.einsum("q,qci->i", weights, first)
+                forms[k][0, 0] += np.einsum("q,qc->", weights, value[element])
+                forms[k][0, linear] += slopes
+                forms[k][linear, 0] += slopes
+                forms[k][linear, linear] += 0.5 * np.einsum("q,qcij->ij", weights, second)
     return tuple(forms)
 
 
@@ -208,8 +209,9 @@ def _reads(program: Program, basis: sparse.csr_array) -> tuple[list[np.ndarray],
         _, _, bend = _taylor(block, np.zeros((block.count, width)))
         for element, columns, dz in _elements(block, _read(program, block, basis)):
             found.add(tuple(columns.tolist()))
-            second = np.einsum("qcab,qai,qbj->ij", np.abs(bend[element]), np.abs(dz), np.abs(dz), optimize=True)
-            multiplied[np.ix_(columns, columns)] |= second > 0
+            if block.kernel.squares:
+                second = np.einsum("qcab,qai,qbj->ij", np.abs(bend[element]), np.abs(dz), np.abs(dz), optimize=True)
+                multiplied[np.ix_(columns, columns)] |= second > 0
     sets = [np.array(c) for c in sorted(found) if not any(set(c) < set(other) for other in found)]
     groups = connected_components(sparse.csr_array(multiplied), directed=False)[1]
     return sets, np.where(multiplied.any(axis=1), groups, -1)

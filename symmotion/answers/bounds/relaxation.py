@@ -11,7 +11,6 @@ from symmotion.answers.bounds.quartic import Chart
 from symmotion.errors import InputError, SolveError
 
 TOLERANCE = 1e-10
-ENDED = ("Solved", "AlmostSolved")
 
 
 @dataclass(frozen=True, eq=False)
