@@ -69,8 +69,9 @@ def lower_bound(
 ) -> LowerBound[DesignT]:
     """A bound below every minimum of a program of polynomials, by Lasserre's relaxation of order two.
 
-    Of programs with linear equalities whose terms are polynomials of degree four: R, R*, E and their sums. Squares are sought among the monomials 1, u_i and the products u_i u_j of free unknowns u that residuals
-    multiply with each other; of long programs by the cliques of what the spans read, which are small in the plane.
+    Of programs with linear equalities whose terms are polynomials of degree four: R, R*, E and their sums. Squares are
+    sought among the monomials 1, u_i and the products u_i u_j of free unknowns u that residuals multiply with each
+    other; of long programs by the cliques of what the spans read, which are small in the plane.
 
     start: a solution known to be low, such as `explore(program, …).best`; ExactNewton's own when left out. solver: that
     polishes what is read from the moments. time_limit: wall-clock seconds for the semidefinite program.
