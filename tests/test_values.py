@@ -148,7 +148,7 @@ GIVEN: dict[str, tuple[list[np.ndarray], Any]] = {
     "DualQuaternions": ([Q.copy(), np.zeros((3, 4))], sm.motions.DualQuaternions),
     "OrientationKeys": (
         [np.arange(3.0), Q.copy()],
-        lambda t, q: sm.motions.quaternions.OrientationKeys.of(t, q, None, "align"),
+        lambda t, q: sm.quaternions.OrientationKeys.of(t, q, None, "align"),
     ),
     "QuaternionMotion": ([], None),
     "RationalMotion": ([], None),

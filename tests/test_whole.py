@@ -59,7 +59,8 @@ def test_without_locks_what_is_a_day_old_is_removed(tmp_path, monkeypatch):
     for left in (young, old):
         left.mkdir()
         (left / "part").write_text("half")
-    os.utime(old, (time.time() - 2 * whole.FORGOTTEN,) * 2)
+    then = time.time() - 2 * whole.FORGOTTEN
+    os.utime(old, (then, then))
     with whole.whole_file(tmp_path / "a.txt") as handle:
         handle.write("whole")
     assert sorted(p.name for p in tmp_path.iterdir()) == [young.name, "a.txt"]

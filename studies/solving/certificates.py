@@ -51,15 +51,16 @@ def bounded(seed: int) -> sm.program.Program:
     """A speed bound that presses: a little below the fastest of what is not bounded."""
     plain = affine(seed)
     motion = sm.ExactNewton().solve(plain).motion
-    tip = np.zeros(motion.dimension)
-    fast = np.linalg.norm(motion.trajectory(tip, np.linspace(*motion.domain, 50), 1), axis=-1).max()
+    tip, (a, b) = np.zeros(motion.dimension), motion.domain
+    fast = np.linalg.norm(motion.trajectory(tip, np.linspace(a, b, 50), 1), axis=-1).max()
     return affine(seed, constraints=[sm.SpeedBound(tip, 0.97 * float(fast))])
 
 
 def linear_bound(seed: int) -> sm.program.Program:
     """A plane that a coordinate of the path may not pass."""
     motion = sm.ExactNewton().solve(affine(seed)).motion
-    path = motion(np.linspace(*motion.domain, 50)).translation[:, 0]
+    a, b = motion.domain
+    path = motion(np.linspace(a, b, 50)).translation[:, 0]
     most = 0.5 * (path.max() + motion(motion.breakpoints[::2]).translation[:, 0].max())
     wall = sm.JetConstraint(lambda jet: jet.v[0], lower=-np.inf, upper=float(most), name="wall")
     return affine(seed, constraints=[wall])

@@ -9,6 +9,7 @@ from time import process_time
 import numpy as np
 
 import symmotion as sm
+from symmotion.motions import smooth_net
 from symmotion.report import Column, Study, StudyOptions, StudyResult, Table
 
 QUICK, FULL = 600, 100_000
@@ -110,7 +111,7 @@ def good_files(directory: Path) -> dict[str, bytes]:
     sm.files.write_motion(motion, directory / "good.glb")
     binary = (directory / "good.glb").read_bytes()
     (directory / "good.gltf").write_bytes(binary[20 : 20 + int.from_bytes(binary[12:16], "little")])
-    net = sm.motions.nets.smooth_net(6)
+    net = smooth_net(6)
     for kind in ("npz", "net.json"):
         sm.files.write_two_parameter(net, directory / f"good.{kind}")
     return {kind: (directory / f"good.{kind}").read_bytes() for kind in READERS}

@@ -324,7 +324,8 @@ def _speed_figure(sampled: Sequence[Held]) -> Figure:
         axes = figure.subplots()
         shown = (sampled[0], sampled[1], sampled[-1])
         for h, colour, line in zip(shown, COLOURS, ("--", "-", "-"), strict=False):
-            t = np.linspace(*h.solution.motion.domain, 1500)
+            a, b = h.solution.motion.domain
+            t = np.linspace(a, b, 1500)
             speed = np.linalg.norm(h.solution.motion.trajectory(POINTS, t, 1), axis=-1).max(axis=-1)
             axes.plot(t, speed, color=colour, linestyle=line, linewidth=1.1, label=f"held {h.where}")
         held = sampled[-1].solution.program.constraint("speed").times

@@ -62,7 +62,7 @@ def _tracked(numbers: np.ndarray, quaternions: np.ndarray | None) -> np.ndarray:
     """(M,) whether rows hold a pose: all finite, and a quaternion that is not zero."""
     if quaternions is not None:
         numbers = np.where(np.abs(quaternions).max(axis=1, keepdims=True) > 0, numbers, np.nan)
-    return np.isfinite(numbers).all(axis=1)
+    return np.asarray(np.isfinite(numbers).all(axis=1))
 
 
 def _stamps(

@@ -90,7 +90,7 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     data = ca.SX.sym("data", base.size1_in(1))
     out = base(z, data)
     mu = ca.SX.sym("mu", out.numel())
-    theta = ca.SX.sym("theta")
+    theta, sigma = ca.SX.sym("theta"), ca.SX.sym("sigma", out.numel())
     phi = ca.sumsqr(out) if squares else ca.dot(mu, out)
     if kind == "out":
         result = out
@@ -106,7 +106,7 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
         # One triangle is computed and mirrored: CasADi does not see that the two are equal.
         result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
     elif kind == "barrier":
-        jacobian, sigma = ca.jacobian(out, z), ca.SX.sym("sigma", out.numel())
+        jacobian = ca.jacobian(out, z)
         hessian = theta * ca.hessian(phi, z)[0] + jacobian.T @ ca.diag(sigma) @ jacobian
         result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
     elif kind == "jacobian":

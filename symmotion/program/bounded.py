@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -82,21 +83,13 @@ class Bounded:
         return multipliers
 
 
-def _cut(program: Program, *vectors: np.ndarray) -> Iterator[tuple[Constraint, ...]]:
-    """Every constraint with its part of vectors (conditions,), in the shape of its bounds."""
-    first = 0
-    for c in program.constraints:
-        yield c, *(v[first : first + c.size].reshape(c.lower.shape) for v in vectors)
-        first += c.size
-
-
 def _taken_apart(
     program: Program,
 ) -> tuple[tuple[Constraint, ...], tuple[Constraint, ...], tuple[np.ndarray, np.ndarray]]:
     """The equalities and the bounds of a program, and the places of their components among its conditions."""
     parts: tuple[list[Constraint], list[Constraint]] = [], []
     places: tuple[list[np.ndarray], list[np.ndarray]] = [], []
-    for c, numbers in _cut(program, np.arange(program.conditions)):
+    for c, numbers in zip(program.constraints, program.split(np.arange(program.conditions)).values(), strict=True):
         kinds = np.where(c.lower == c.upper, 0, np.where(np.isfinite(c.lower) | np.isfinite(c.upper), 1, 2))
         for kind in (0, 1):
             for piece, where in _pieces(c, kinds == kind, program):
@@ -106,7 +99,8 @@ def _taken_apart(
     return tuple(parts[0]), tuple(parts[1]), (np.concatenate(places[0] + none), np.concatenate(places[1] + none))
 
 
-def _pieces(c: Constraint, wanted: np.ndarray, program: Program) -> Iterator[tuple[Constraint, tuple]]:
+# Any: indices of NumPy's, arrays or slices.
+def _pieces(c: Constraint, wanted: np.ndarray, program: Program) -> Iterator[tuple[Constraint, tuple[Any, ...]]]:
     """Constraints of the components (E, C) that are wanted, each with the places of its own there."""
     if wanted.all():
         yield c, (slice(None), slice(None))

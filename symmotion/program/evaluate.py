@@ -35,7 +35,8 @@ class Evaluator:
     """
 
     def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):
-        self.program, self.kernels = program, kernels
+        self.program = program
+        self.kernels: Kernels = kernels
         if kernels not in get_args(Kernels):
             raise InputError(f"kernels {kernels!r}: there are {', '.join(get_args(Kernels))}")
         if threads is not None and not (isinstance(threads, int) and threads > 0):

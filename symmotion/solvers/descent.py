@@ -74,7 +74,9 @@ class Course(Protocol):
     idle: str
     blend: bool
     corrects: bool
-    over: bool
+
+    @property
+    def over(self) -> bool: ...
 
     @property
     def system(self) -> AnySystem: ...

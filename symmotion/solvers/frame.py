@@ -46,7 +46,8 @@ class Frame:
 
     def system(self, x: np.ndarray) -> AnySystem:
         """The saddle system at a point."""
-        return self._first.at(self.evaluator.jacobian(x)) if self.curved else self._first
+        first = self._first
+        return first.at(self.evaluator.jacobian(x)) if self.curved and isinstance(first, Saddle) else first
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """(bounds,) c."""
@@ -92,7 +93,7 @@ class Frame:
         self, system: AnySystem, factor: AnyFactor, residual: np.ndarray, violation: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """The step d of a residual r (unknowns,), and the multipliers y⁺ beside it where they are solved for."""
-        if not self.curved:
+        if not (self.curved and isinstance(system, Saddle)):
             return self.journal.timed(system.step, factor, residual), None
         solution = self.journal.timed(system.solve, factor, np.concatenate([-residual, -violation]))
         return solution[: system.n], solution[system.n :]

@@ -59,6 +59,7 @@ def held_newton(frame: Frame, enough: Enough, start: Held, most: float) -> Held 
         factor = frame.factorise(system, matrix)
         if factor is None:
             return None
+        step, wanted = np.zeros_like(x), None
         for _ in range(REFINED):
             residual = gradient + frame.pull(x, multipliers + stiffness * off)
             step, wanted = frame.step(system, factor, residual, violation)

@@ -59,7 +59,7 @@ class Slacks:
     @property
     def gap(self) -> float:
         """Σ z · distance."""
-        return float(_product(self.down, self.above) + _product(self.up, self.below))
+        return _product(self.down, self.above) + _product(self.up, self.below)
 
     @property
     def sides(self) -> int:
@@ -84,7 +84,7 @@ class Slacks:
 
 def _product(z: np.ndarray, distance: np.ndarray) -> float:
     there = np.isfinite(distance)
-    return z[there] @ distance[there]
+    return float(z[there] @ distance[there])
 
 
 @dataclass(frozen=True, eq=False)

@@ -200,9 +200,9 @@ class ExactNewton:
         x = frame.feasible(x)
         course = Interior(self.tolerance, frame, x)
         known = start_multipliers(evaluator.program, start)
-        if known is not None and course.continues(known):
-            return course.x, course.multipliers, None
-        failure, _ = descend(course, LEAST if start is None else 1.0)
+        continued = known is not None and course.continues(known)
+        failure = None if continued else descend(course, LEAST if start is None else 1.0)[0]
+        evaluator.seconds, evaluator.counts = bounded.seconds, bounded.counts
         if failure is not None and not journal.stopped and frame.missed(course.x) > self.tolerance:
             found = find_feasible(frame, x)
             if found.conflict:

@@ -47,7 +47,7 @@ def test_smooth_says_what_it_chose(poses, tmp_path, capsys):
     assert main(["smooth", str(poses), "--format", "tum", "--quiet", "--noise", "0", "-o", str(out[0])]) == 0
     assert capsys.readouterr() == ("", "")
     keys = sm.read_keyframes(poses, format="tum")
-    np.testing.assert_allclose(sm.read_motion(out[0])(keys.times).translation, keys.translation, atol=1e-9)
+    np.testing.assert_allclose(sm.files.read_motion(out[0])(keys.times).translation, keys.translation, atol=1e-9)
 
 
 def test_convert_thins_and_says_what_was_repaired(poses, tmp_path, capsys):

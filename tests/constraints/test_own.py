@@ -149,15 +149,27 @@ def refused(jet):
     raise sm.InputError("no motion is good enough")
 
 
+REFUSED: Any = refused  # what a type checker would refuse
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
         (lambda: program(J(lambda jet: jet.place([1, 2]), name="a")), r"^a: body point of shape \(2,\)"),
         (lambda: program(J(refused, name="mine")), "^mine: no motion is good enough"),
         (lambda: program(Told(lambda: sm.Tolerance(linear=-1.0))), "^told: tolerance: linear"),
-        (lambda: sm.affine_program(KEYS, objective=sm.JetEnergy(refused, label="mine")), "^energy mine: no motion"),
-        (lambda: sm.measure(sm.interpolants.polar_blend(KEYS), sm.JetEnergy(refused)), "^energy custom: no motion"),
-        (lambda: sm.affine_program(KEYS, objective=sm.JetEnergy(lambda _: None)), "^energy custom returns None"),
+        (
+            lambda: sm.affine_program(KEYS, objective=sm.JetEnergy(REFUSED, label="mine")),
+            "^energy mine: no motion",
+        ),
+        (
+            lambda: sm.measure(sm.interpolants.polar_blend(KEYS), sm.JetEnergy(REFUSED)),
+            "^energy custom: no motion",
+        ),
+        (
+            lambda: sm.affine_program(KEYS, objective=sm.JetEnergy(cast(Any, lambda _: None))),
+            "^energy custom returns None",
+        ),
         (lambda: pickle.dumps(J(refused, name="mine")), "^mine: no motion is good enough"),
         (lambda: pickle.dumps(J(lambda a, b, c: a.v - b.dv * c.x, name="three")), "^three: the function fails on jets"),
         (lambda: pickle.dumps(sm.JetEnergy(lambda jet: jet.nothing)), "^energy custom fails on jets of every kind"),
@@ -186,7 +198,7 @@ class OwnEnergy(sm.energies.Energy):
         object.__setattr__(self, "strength", float(self.wind.sum()))
 
     def residuals(self, jet):
-        return self.strength * (jet.dv - ca.DM(self.wind))
+        return cast(Any, self).strength * (jet.dv - ca.DM(self.wind))
 
 
 CONSTRAINTS = {
@@ -232,7 +244,7 @@ def test_a_post_init_of_ones_own_needs_no_call_of_the_base():
     wind, numbers = np.array([0.0, 0.0, 1.0]), np.array([0.1])
     energy, constraint = OwnEnergy(wind), Own(lambda jet: jet.dv[0], lower=[-1.0], at=[0.5], numbers=numbers)
     wind[:], numbers[:] = 9, 9
-    assert energy.wind[2] == 1 and energy.strength == 1 and not energy.wind.flags.writeable
+    assert energy.wind[2] == 1 and cast(Any, energy).strength == 1 and not energy.wind.flags.writeable
     assert constraint.numbers[0] == 0.1 and isinstance(constraint.at, np.ndarray)
     assert pickle.loads(pickle.dumps(energy)) == energy != OwnEnergy(np.ones(3))
     solution = sm.ExactNewton().solve(program(replace(constraint, lower=0.0, name="still"))).require()

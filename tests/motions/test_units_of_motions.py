@@ -7,18 +7,18 @@ import symmotion as sm
 from studies.affine.invariance_of_units import UNITS, Units, keyframes
 
 CLASSICAL = {
-    "component cubic": sm.motions.interpolants.component_cubic,
-    "polar, spline": sm.motions.interpolants.polar_blend,
-    "polar, slerp": lambda keys: sm.motions.interpolants.polar_blend(keys, "slerp"),
-    "logarithm, linear": sm.motions.interpolants.log_blend,
-    "logarithm, cubic": lambda keys: sm.motions.interpolants.log_blend(keys, 3),
-    "steady": sm.motions.interpolants.steady_morph,
+    "component cubic": sm.interpolants.component_cubic,
+    "polar, spline": sm.interpolants.polar_blend,
+    "polar, slerp": lambda keys: sm.interpolants.polar_blend(keys, "slerp"),
+    "logarithm, linear": sm.interpolants.log_blend,
+    "logarithm, cubic": lambda keys: sm.interpolants.log_blend(keys, 3),
+    "steady": sm.interpolants.steady_morph,
 }
 TURNS = {
     "quaternion spline": lambda keys: sm.quaternions.interpolate_quaternions(keys.times, keys.rotations()),
-    "squad": lambda keys: sm.motions.interpolants.squad(keys.times, keys.rotations()),
-    "Shoemake": lambda keys: sm.motions.interpolants.shoemake_interpolant(keys.times, keys.rotations()),
-    "slerp": lambda keys: sm.motions.interpolants.slerp_curve(keys.times, keys.rotations()),
+    "squad": lambda keys: sm.interpolants.squad(keys.times, keys.rotations()),
+    "Shoemake": lambda keys: sm.interpolants.shoemake_interpolant(keys.times, keys.rotations()),
+    "slerp": lambda keys: sm.interpolants.slerp_curve(keys.times, keys.rotations()),
 }
 units = pytest.mark.parametrize("units", UNITS, ids=lambda u: u.name)
 seeds = pytest.mark.parametrize("seed", [1, 2])

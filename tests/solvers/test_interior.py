@@ -113,8 +113,8 @@ def test_systems_and_kernels_agree():
     condensed, sparse = (sm.ExactNewton(system=s).solve(program).require() for s in ("condensed", "sparse"))
     np.testing.assert_allclose(condensed.x, sparse.x, atol=1e-9)
     np.testing.assert_allclose(condensed.multiplier_vector, sparse.multiplier_vector, atol=1e-8)
-    twice = [sm.ExactNewton(kernels=k).solve(program).x for k in ("interpreted", "compiled")]
-    np.testing.assert_array_equal(*twice)
+    first, second = (sm.ExactNewton(kernels=k).solve(program).x for k in ("interpreted", "compiled"))
+    np.testing.assert_array_equal(first, second)
 
 
 def test_equal_free_and_bounded_components_in_one_condition():

@@ -1,6 +1,7 @@
 """Splines with an origin in time: as exact far from zero as they are there."""
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -88,7 +89,8 @@ def test_json_brings_the_origin_back(tmp_path):
     # As files were before there were origins.
     document["basis"].pop("origin")
     (tmp_path / "kept.json").write_text(json.dumps(document))
-    assert sm.load(tmp_path / "kept.json").basis.origin == 0.0
+    kept: Any = sm.load(tmp_path / "kept.json")
+    assert kept.basis.origin == 0.0
 
 
 def test_an_origin_is_a_finite_number():

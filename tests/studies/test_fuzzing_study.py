@@ -1,4 +1,5 @@
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,8 @@ def test_damaged_files_of_every_format_are_refused_or_read():
     result = fuzzing.STUDY.run(StudyOptions())
     (table,) = result.tables
     assert [row[0] for row in table.rows] == list(fuzzing.READERS)
-    for _, files, refused, read, faults in table.rows:
+    rows: Any = table.rows
+    for _, files, refused, read, faults in rows:
         assert (files, faults) == (60, 0) and refused + read == 60 and refused > 30
     assert result.notes == ()
 
