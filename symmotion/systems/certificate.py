@@ -87,6 +87,10 @@ class Certificate:
                 found[c.name] = excess_at(parts[c.name], c.lower, c.upper, c.times, c.power)
         return found
 
+    def __getstate__(self) -> dict[str, object]:
+        # A factor belongs to the memory of its system.
+        return {name: value for name, value in self.__dict__.items() if name != "_factor"}
+
     def factor_of(self, system: AnySystem) -> AnyFactor | None:
         """The factor of the Hessian at the point along conditions that decouple, where it is positive; else None.
 
