@@ -157,6 +157,7 @@ def _edge(coordinates: Coordinates, side: str, border: Border) -> Edge:
 
 
 def _clamped(basis: BSplineBasis) -> bool:
+    basis = basis.relative
     return bool(basis.knots[0] == basis.domain[0] and basis.knots[-1] == basis.domain[1])
 
 

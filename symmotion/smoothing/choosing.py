@@ -66,6 +66,7 @@ class _Penalised:
         import scipy.sparse as sp  # here: see Spline._scipy
         from scipy.interpolate import BSpline
 
+        times, basis = times - basis.origin, basis.relative
         a, b = basis.domain
         self.length, self.degree, self.count = b - a, basis.degree, basis.n
         knots, p = (basis.knots - a) / self.length, basis.degree

@@ -17,6 +17,8 @@ LEAST, GROW = 1e-3, 10.0
 CLEARLY = 0.25
 # Decrements, relative to the first objective, below which the rounding of the objective is asked for.
 NEAR = 1e-10
+# Times that θ falls back before multiples of the identity are added to the exact Hessian in its place.
+FALLS = 5
 # Steps in a row without progress that are the end.
 IDLE = 3
 
@@ -116,7 +118,7 @@ def descend(course: Course, theta: float) -> tuple[Failure | None, bool]:
     theta: the share of the exact Hessian in the first matrix. At the end it is 1.
     """
     evaluator, journal = course.evaluator, course.journal
-    idle, fell_back = 0, False
+    idle, fell_back, falls = 0, False, 0
     while True:
         evaluated, linear = evaluator.seconds, journal.linear
         point = course.look(theta)
@@ -133,7 +135,8 @@ def descend(course: Course, theta: float) -> tuple[Failure | None, bool]:
         row = replace(point.row, inertia=None if not exact else "positive" if factor is not None else "indefinite")
         outward, ending = None, None
         if factor is None:
-            factor, least, fell = _convexified(course, point, theta)
+            factor, least, fell = _convexified(course, point, theta, blend=course.blend and falls < FALLS)
+            falls += fell
             if factor is None:
                 ending = Status.FAILED, "the saddle system is singular: conditions are redundant or contradict"
             elif course.settled(point, factor):
@@ -158,9 +161,9 @@ def descend(course: Course, theta: float) -> tuple[Failure | None, bool]:
         theta = min(1.0, GROW * theta)
 
 
-def _convexified(course: Course, point: Point, theta: float) -> tuple[AnyFactor, float, bool]:
+def _convexified(course: Course, point: Point, theta: float, blend: bool) -> tuple[AnyFactor, float, bool]:
     """The factor of a matrix that is positive definite along the conditions, its θ, and whether θ fell back to it."""
-    falls = course.blend and theta > LEAST
+    falls = blend and theta > LEAST
     factor = None
     if falls:
         theta = LEAST
