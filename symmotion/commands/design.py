@@ -27,7 +27,7 @@ from symmotion.errors import InputError, SolveError
 from symmotion.files.formats import rows
 from symmotion.motions import Keyframes
 from symmotion.program import Program
-from symmotion.solvers import Solution, solver_by_name
+from symmotion.solvers import Solution, Solver, Status, solver_by_name
 from symmotion.splines.interpolation import ENDS
 
 EXAMPLE = """\
@@ -50,7 +50,9 @@ def add(commands: Commands) -> None:
     add_input(parser, READ, "keyframes")
     add_outputs(parser, WRITTEN)
     parser.add_argument("--objective", default="rigidity", metavar="NAME", help="as for compare; default: rigidity")
-    parser.add_argument("--solver", metavar="NAME", help="default: newton")
+    parser.add_argument(
+        "--solver", metavar="NAME", help="default: newton, and ipopt where that ends without a solution"
+    )
     parser.add_argument("--periodic", action="store_true", help="close the motion with its derivatives")
     parser.add_argument("--tolerance", type=float, metavar="E", help="meet each entry of the A*ᵢ to within E only")
     parser.add_argument("--auto-knots", type=int, metavar="N", help="insert at most N knots, where they pay most")
@@ -111,10 +113,10 @@ def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy)
         return search.solution, None
     program = _program(options, keyframes, objective)
     if options.explore is None:
-        return solver.solve(program).require(), None
+        return _solved(program, solver, handed=options.solver is None), None
     found = explore(program, budget=options.explore, solver=solver)
     # Where no start led to a minimum, the own one says why.
-    return (found.best if found.minima else solver.solve(program).require()), found
+    return (found.best if found.minima else _solved(program, solver, handed=options.solver is None)), found
 
 
 def _program(options: argparse.Namespace, keyframes: Keyframes, objective: Energy) -> Program:
@@ -132,3 +134,12 @@ def _program(options: argparse.Namespace, keyframes: Keyframes, objective: Energ
         constraints=constraints,
         ends=options.ends,
     )
+
+
+def _solved(program: Program, solver: Solver, handed: bool) -> Solution:
+    """The solution by a solver, or, `handed` on where it ends without one, by IPOPT, whose line then says so."""
+    solution = solver.solve(program)
+    if handed and solution.status not in (Status.SOLVED, Status.INFEASIBLE):
+        other = solver_by_name("ipopt").solve(program)
+        solution = other if other.status is Status.SOLVED else solution
+    return solution.require()
