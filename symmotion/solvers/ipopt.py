@@ -88,12 +88,13 @@ class Ipopt:
     def _at_times(self, program: Program[DesignT], start: object, spent: float = 0.0) -> Solution[DesignT]:
         """The solution of a program with its bounds held at the times that it has; spent: seconds before."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback, spent)
-        x0 = start_vector(program, start)
-        known = start_multipliers(program, start)
-        evaluator, kept = Evaluator(program, self.kernels, self.threads), Kept()
-        settings = {**ipopt_settings(self, journal), **constants(program)}
-        settings = {**settings, **({} if known is None else WARM), **self.options}
+        kept = Kept()
         with kept.guard():
+            x0 = start_vector(program, start)
+            known = start_multipliers(program, start)
+            evaluator = Evaluator(program, self.kernels, self.threads)
+            settings = {**ipopt_settings(self, journal), **constants(program)}
+            settings = {**settings, **({} if known is None else WARM), **self.options}
             answer = _solved(evaluator, settings, x0, known, journal, kept, FINER * self.tolerance)
         solution = concluded(self, program, "ipopt", answer, journal, evaluator)
         if solution.status is not Status.FAILED or answer.stats.get("return_status") != "Solve_Succeeded":
