@@ -92,7 +92,12 @@ def fixed(count: int) -> sm.program.Program:
     share = np.arange(DENSE + 1)[:-1] / DENSE
     times = np.append((keys.times[:-1, None] + np.diff(keys.times)[:, None] * share).ravel(), keys.times[-1])
     limit = 0.97 * float(np.linalg.norm(motion.trajectory(POINTS, times, 1), axis=-1).max())
-    held = sm.JetConstraint(
+    return sm.affine_program(keys, objective=OBJECTIVE, constraints=[slow_at(times, limit)])
+
+
+def slow_at(times: np.ndarray, limit: float) -> sm.JetConstraint:
+    """The speed bound of the body points at given times only."""
+    return sm.JetConstraint(
         lambda jet: ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in POINTS)),
         lower=-np.inf,
         upper=limit**2,
@@ -100,7 +105,6 @@ def fixed(count: int) -> sm.program.Program:
         power=2,
         name="speed",
     )
-    return sm.affine_program(keys, objective=OBJECTIVE, constraints=[held])
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,15 +173,7 @@ def between_samples() -> list[Held]:
     for density in SAMPLED:
         inside = (np.arange(density) + 0.5) / density
         times = (breaks[:-1, None] + np.diff(breaks)[:, None] * inside).ravel()
-        held = sm.JetConstraint(
-            lambda jet: ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in POINTS)),
-            lower=-np.inf,
-            upper=LIMIT**2,
-            at=times,
-            power=2,
-            name="speed",
-        )
-        program = sm.affine_program(KEYS, objective=OBJECTIVE, constraints=[held])
+        program = sm.affine_program(KEYS, objective=OBJECTIVE, constraints=[slow_at(times, LIMIT)])
         began = process_time()
         solution = solver.solve(program)
         found.append(Held(f"at {density} times in every span", solution, len(times), 1, process_time() - began))

@@ -8,7 +8,7 @@ import numpy as np
 from symmotion.program import Evaluator
 from symmotion.solvers.journal import Failure, Journal
 from symmotion.solvers.solution import Iteration, Status
-from symmotion.systems import AnyFactor, AnySystem
+from symmotion.systems import AnyFactor, AnySystem, largest
 
 # The share θ of the exact Hessian grows tenfold with every step and falls back to LEAST where the matrix
 # is not positive definite: the fewest evaluations of the schedules tried, along straight and curved conditions.
@@ -19,6 +19,8 @@ CLEARLY = 0.25
 NEAR = 1e-10
 # Times that θ falls back before multiples of the identity are added to the exact Hessian in its place.
 FALLS = 5
+# Stationary points that are left along negative curvature, one after the other.
+ESCAPES = 5
 # Steps in a row without progress that are the end.
 IDLE = 3
 
@@ -172,3 +174,9 @@ def _convexified(course: Course, point: Point, theta: float, blend: bool) -> tup
     if factor is None:
         factor = course.shifted(point.matrix)
     return factor, theta, falls
+
+
+def downhill(direction: np.ndarray, gradient: np.ndarray, x: np.ndarray, unit: np.ndarray) -> np.ndarray:
+    """A direction of negative curvature, turned downhill and a tenth of the size of x long, in own units."""
+    size = 0.1 * max(1.0, largest(x / unit)) / largest(direction / unit)
+    return (-size if gradient @ direction > 0 else size) * direction

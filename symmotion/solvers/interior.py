@@ -5,7 +5,7 @@ from math import inf
 
 import numpy as np
 
-from symmotion.solvers.descent import CLEARLY, Enough, Point
+from symmotion.solvers.descent import CLEARLY, ESCAPES, Enough, Point, downhill
 from symmotion.solvers.frame import Frame
 from symmotion.solvers.held import Held, held_newton
 from symmotion.solvers.solution import Iteration
@@ -30,8 +30,6 @@ SHORTEST, CRAWLING, CRAWLS = 1e-8, 0.05, 6
 NEAR, AGAIN, LEFT = 1e-3, 1e-2, 1e-3
 # Multipliers, relative to the largest, of bounds that press.
 WEAK = 1e-7
-# Stationary points that are left along negative curvature, one after the other.
-ESCAPES = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,8 +272,7 @@ class Interior:
         if direction is None:
             return None
         self._escapes += 1
-        size = 0.1 * max(1.0, largest(self.x)) / largest(direction)
-        return (-size if point.gradient @ direction > 0 else size) * direction
+        return downhill(direction, point.gradient, self.x, self.frame.unit)
 
     def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
         slacks, step, mu = self._slacks, self._step, self._mu

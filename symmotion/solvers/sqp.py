@@ -3,7 +3,7 @@
 import numpy as np
 
 from symmotion.program import Evaluator
-from symmotion.solvers.descent import CLEARLY, Enough, Point
+from symmotion.solvers.descent import CLEARLY, ESCAPES, Enough, Point, downhill
 from symmotion.solvers.journal import Journal
 from symmotion.solvers.solution import Iteration
 from symmotion.systems import AnyFactor, Saddle, largest, reach, shifted, tenfold
@@ -11,8 +11,6 @@ from symmotion.systems import AnyFactor, Saddle, largest, reach, shifted, tenfol
 RIDGE = 1e-8
 # The share of the linearised violation that the merit's slope must at least account for.
 ACCOUNTED = 0.5
-# Stationary points that are left along negative curvature, one after the other.
-ESCAPES = 5
 
 
 class Curved:
@@ -94,10 +92,7 @@ class Curved:
         if direction is None:
             return None
         self._escapes += 1
-        # Downhill, a tenth of the size of x.
-        unit = self.evaluator.program.unit
-        size = 0.1 * max(1.0, largest(self.x / unit)) / largest(direction / unit)
-        return (-size if point.gradient @ direction > 0 else size) * direction
+        return downhill(direction, point.gradient, self.x, self.evaluator.program.unit)
 
     def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
         gradient, violation = point.gradient, self._violation

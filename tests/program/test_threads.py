@@ -107,7 +107,7 @@ def test_what_other_threads_write_meanwhile_goes_through(capsys):
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc/self/statm")
-@pytest.mark.parametrize(("kind", "count"), [("threads", 80), ("fresh", 60), ("ipopt", 20), ("kept", 40)])
+@pytest.mark.parametrize(("kind", "count"), [("threads", 80), ("fresh", 60), ("ipopt", 40), ("kept", 40)])
 def test_memory_does_not_grow(kind, count):
     # In a fresh process: in this one, what earlier tests have freed would hide a leak.
     with own_processes(1) as process:
