@@ -9,6 +9,8 @@ import numpy as np
 from symmotion.errors import InputError
 
 Cell = str | int | float | bool | None
+# A time is far from 0 where it is so many times as large as the span of all: seconds from 1970 are.
+FAR = 100.0
 MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times
 
 
@@ -50,6 +52,11 @@ class Table:
         """Per column, whether it holds numbers only, missing ones aside."""
         cells = ([row[k] for row in self.rows if row[k] is not None] for k in range(len(self.columns)))
         return tuple(all(isinstance(c, int | float) and not isinstance(c, bool) for c in column) for column in cells)
+
+
+def start_of(times: np.ndarray) -> float:
+    """What times are told from: the first one where 0 is far away, as from recordings in seconds from 1970, else 0."""
+    return float(times[0]) if abs(times[0]) > FAR * abs(times[-1] - times[0]) > 0 else 0.0
 
 
 def shown(value: Cell, digits: int = 5) -> str:

@@ -5,10 +5,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from symmotion.bodies import Body
 from symmotion.errors import InputError
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
-from symmotion.tables import Table
+from symmotion.tables import Table, start_of
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,11 @@ class Player:
         """From the first to the last time of all tracks."""
         return min(track.times[0] for track in self.tracks), max(track.times[-1] for track in self.tracks)
 
+    @property
+    def start(self) -> float:
+        """What the times that are shown are told from, see `start_of`."""
+        return start_of(np.array(self.domain))
+
 
 @dataclass(frozen=True)
 class Run:
@@ -143,10 +150,19 @@ class Run:
         """Whether it is a strict local minimum to the solver's tolerance."""
         return self.status == Status.SOLVED and self.inertia == "positive"
 
+    @property
+    def ended(self) -> str:
+        """How it ended, for a reader: what is not certified is not called solved without a word on why."""
+        return self.status if self.certified or self.status != Status.SOLVED else f"{self.status}, but {self.inertia}"
+
 
 @dataclass(frozen=True)
 class StudyResult:
-    """What a study found; conclusion: plain text, blank lines between paragraphs; notes: about this run of it."""
+    """What a study found.
+
+    answer: the one sentence that its reader takes away, of what was measured; the first figure stands beside it.
+    conclusion: plain text, blank lines between paragraphs; notes: about this run of it.
+    """
 
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
@@ -154,6 +170,7 @@ class StudyResult:
     conclusion: str = ""
     notes: tuple[str, ...] = ()
     players: tuple[Player, ...] = ()
+    answer: str = ""
 
     def __post_init__(self):
         require_distinct("figures", (figure.name for figure in self.pictures))
@@ -190,20 +207,24 @@ class StudyOptions:
 
 @dataclass(frozen=True)
 class Study:
-    """One question and the function that answers it; studies run in increasing `order`, then by name."""
+    """One question and the function that answers it; studies run in increasing `order`, then by name.
+
+    subject: what the report groups it under.
+    """
 
     name: str
     question: str
     source: str
     run: Callable[[StudyOptions], StudyResult]
     order: int = 100
+    subject: str = ""
 
 
 @dataclass(frozen=True)
 class StudyRecord:
     """A study that was run: its result, or None and the error in one line; seconds: wall-clock.
 
-    traceback: of an error that is a defect rather than bad input.
+    traceback: of an error that is a defect rather than bad input; subject: the study's.
     """
 
     name: str
@@ -213,6 +234,7 @@ class StudyRecord:
     result: StudyResult | None
     error: str = ""
     traceback: str = ""
+    subject: str = ""
 
     def __post_init__(self):
         # Without a hyphen, so that "study-figure" is one figure's file and ids only.

@@ -14,6 +14,7 @@ Settings: TypeAlias = dict[Any, Any]  # so Matplotlib types its settings
 # deuteranopic, protanopic and tritanopic sight; the last is ink, which turns light on the dark page.
 COLOURS = ("#0072b2", "#d55e00", "#18a77a", "#9b7efc", "#a34c6e", "#000000")
 INK = COLOURS[5]
+STYLES = ("-", "--", "-.")
 METHODS = {
     "newton": (COLOURS[0], "o"),
     "ipopt": (COLOURS[1], "s"),
