@@ -53,7 +53,6 @@ def draw_inner_products(
     q = np.eye(motion.dimension) if vectors is None else np.asarray(vectors)
     t = _instants(motion)
     products = q.T @ motion.gram(t) @ q
-    dots = keyframes is not None and len(keyframes) <= MOST_MARKERS
     start = start_of(t)
     pairs = [(i, j) for i in range(q.shape[1]) for j in range(i, q.shape[1])]
     # Squared lengths in full lines, mixed products dashed: the two groups are read against 1 and 0.
@@ -62,7 +61,7 @@ def draw_inner_products(
         colour = COLOURS[k % len(COLOURS)]
         line = thinned(t - start, products[:, i, j])
         axes.plot(*line, style, color=colour, label=f"$q_{i + 1}\\cdot q_{j + 1}$")
-        if dots:
+        if keyframes is not None and len(keyframes) <= MOST_MARKERS:
             a = keyframes.linear @ q
             values = np.sum(a[:, :, i] * a[:, :, j], axis=1)
             axes.plot(keyframes.times - start, values, "o", color=colour, markersize=3.5)
