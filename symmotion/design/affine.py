@@ -272,8 +272,8 @@ class AffineDesign:
         if self.constraints:
             # Conditions may hold data of the keyframes, so they are made anew; the kernels are cached.
             return replace(design.program().sharing(program), build_seconds=perf_counter() - began)
-        moved = program.with_data("keyframes", design._targets[:, : self.channels], start=controls, design=design)
-        return replace(moved, build_seconds=perf_counter() - began)
+        moved = program.with_data("keyframes", design._targets[:, : self.channels])
+        return replace(moved, start=controls, design=design, build_seconds=perf_counter() - began)
 
     def stages(self, by: str) -> "Iterator[Program[AffineDesign]]":
         """Smaller programs that lead to this one by steps, coarsest first (HJK 4.4, 5.1).

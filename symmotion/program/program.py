@@ -54,7 +54,7 @@ class Constraint:
     matrix: bool = False
     parameters: tuple[ParameterPlace, ...] = ()
     times: np.ndarray | None = None
-    everywhere: Everywhere | None = None
+    everywhere: "Everywhere[Constraint] | None" = None
     power: int = 1
 
     @staticmethod
@@ -200,6 +200,7 @@ class Targets:
 class Targeted(Protocol):
     """A design that meets or follows affine positions."""
 
+    # Any: the program's design is of the same kind.
     def targets(self, program: "Program[Any]") -> Mapping[str, Targets]:
         """By name, such as "keyframes", where they are in the program's data."""
         ...
@@ -329,17 +330,16 @@ class Program(Generic[DesignT]):
                 return c
         raise InputError(f"no constraint {name!r}; there are {', '.join(c.name for c in self.constraints) or 'none'}")
 
-    # Any: other fields of the program.
-    def with_data(self, name: str, data: np.ndarray, **changes: Any) -> "Program[DesignT]":
+    def with_data(self, name: str, data: np.ndarray) -> "Program[DesignT]":
         """The same program with other data in one constraint; structure and compiled kernels are kept.
 
         Structure not where the data are factors of the unknowns: the Jacobian is kept there.
         """
         target = self.constraint(name)
         fresh = replace(target, block=target.block.with_data(data))
-        if self.linear and target.block.kernel.bilinear:
-            changes = {"structure": Structure(), **changes}
-        return replace(self, constraints=tuple(fresh if c is target else c for c in self.constraints), **changes)
+        structure = Structure() if self.linear and target.block.kernel.bilinear else self.structure
+        constraints = tuple(fresh if c is target else c for c in self.constraints)
+        return replace(self, constraints=constraints, structure=structure)
 
     def sharing(self, other: "Program") -> "Program[DesignT]":
         """This program on the structure of another one, with what was derived from it, where only data differ."""
