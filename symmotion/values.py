@@ -69,10 +69,11 @@ def adopt(cls: Any, finish: Callable[[Any], None]) -> None:  # Any: methods are 
     """Makes a subclass that users write, a dataclass, keep what its base promises, however it is written.
 
     `finish` follows a `__post_init__` of its own, which may not call that of its base; and the == that `dataclass`
-    would make, which compares arrays in tuples, is the base's.
+    would make, which compares arrays in tuples, is the base's, as is how it reads.
     """
-    if "__eq__" not in cls.__dict__:
-        cls.__eq__ = cls.__eq__
+    for name in ("__eq__", "__repr__"):
+        if name not in cls.__dict__:
+            setattr(cls, name, getattr(cls, name))
     own = cls.__dict__.get("__post_init__")
     if own is None:
         return

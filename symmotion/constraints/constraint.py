@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.constraints.along import Along
 from symmotion.constraints.setting import Setting, placed
 from symmotion.errors import InputError
@@ -45,6 +46,8 @@ class MotionConstraint(ABC):
 
     def __post_init__(self):
         settle(self)
+
+    __repr__ = in_a_line
 
     def named(self, name: str) -> "MotionConstraint":
         """The same condition under another name."""

@@ -149,6 +149,10 @@ class CurveCondition(MotionConstraint):
             zeros,
         )
 
+    def __repr__(self) -> str:
+        what = f"{'values' if self.is_equality else 'bounds'} at {self.count} times"
+        return f"CurveCondition({self.name!r}, {what}, {self.times.min():g} to {self.times.max():g})"
+
     @property
     def is_equality(self) -> bool:
         return bool((self.lower == self.upper).all())

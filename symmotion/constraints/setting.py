@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.jets import RigidJet
 from symmotion.jets.space import JetSpace, Places
@@ -30,6 +31,8 @@ class Setting:
     held: bool = True
     places: Places | None = None
     bodies: tuple[str, ...] = ()
+
+    __repr__ = in_a_line
 
     @property
     def space(self) -> JetSpace:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
@@ -145,6 +146,8 @@ class AffineDesign:
     constraints: tuple[MotionConstraint, ...] = ()
     # By term, Gauss nodes per span where they are not those that the start needs.
     nodes: Mapping[str, int] = field(default_factory=dict)
+
+    __repr__ = in_a_line
 
     __getstate__ = made_of
 

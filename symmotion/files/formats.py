@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, Literal, TypeVar, get_args
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.files.recording import Recording
 from symmotion.motions import Keyframes
@@ -33,6 +34,8 @@ class Option:
     of_text: Callable[[str], object] | None = None
     default: object = None
     check: Callable[[Any, str], object] | None = None  # Any: a value of the option's own kind
+
+    __repr__ = in_a_line
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,8 @@ class Format:
     claims: Callable[[FilePath], bool] | None = None
     check: Callable[..., object] | None = None
     whole: bool = False
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         checks.choice(self.holds, get_args(Holds), f"format {self.name}: holds")

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.jets.affine import HIGHEST_ORDER, Jet
 from symmotion.jets.curve import CurveJet
@@ -64,6 +65,8 @@ class LinearSpace:
     # The coordinates that an expression is taken to read: all up to the highest it names, rounded up to one of these.
     groups: tuple[int, ...] = field(default=())
     shift: np.ndarray | None = None
+
+    __repr__ = in_a_line
 
     @property
     def unshifted(self) -> "LinearSpace":

@@ -32,6 +32,9 @@ class Bounded:
         self.evaluator = Evaluator(self.equal, kernels, threads)
         self.sides = Evaluator(self.bounds, kernels, threads)
 
+    def __repr__(self) -> str:
+        return f"Bounded({self.equal.conditions} equalities, {self.bounds.conditions} bounds)"
+
     @property
     def lower(self) -> np.ndarray:
         return self.bounds.lower

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.program.block import WHOLE, Block
 from symmotion.program.everywhere import Everywhere
@@ -62,6 +63,16 @@ class Constraint:
         """kernel = 0 at every node."""
         zero = np.zeros((block.count, block.kernel.out.numel()))
         return Constraint(block, zero, zero)
+
+    def __repr__(self) -> str:
+        return f"Constraint({self.nature})"
+
+    @property
+    def nature(self) -> str:
+        """What it is, in words."""
+        kind = "equality" if self.is_equality else "bounds"
+        where = f", everywhere, held at {self.block.count} times" if self.everywhere else ""
+        return f"{self.block.nature}; {self.size} multipliers, {kind}{where}"
 
     @property
     def name(self) -> str:
@@ -186,6 +197,8 @@ class Target:
     numbers: np.ndarray
     part: slice
 
+    __repr__ = in_a_line
+
 
 @dataclass(frozen=True, eq=False)
 class Targets:
@@ -194,6 +207,8 @@ class Targets:
     count: int
     dimension: int
     places: tuple[Target, ...]
+
+    __repr__ = in_a_line
 
 
 @runtime_checkable
@@ -473,23 +488,10 @@ class Program(Generic[DesignT]):
     def __str__(self) -> str:
         lines = [f"Program: {self.unknowns} unknowns, {self.conditions} conditions"]
         lines += [f"  unknown     {name}: {v.shape[0]} × {v.shape[1]}" for name, v in self.start.items()]
-        lines += [f"  term        {_describe(b)}" for b in self.terms]
-        for c in self.constraints:
-            kind = "equality" if c.is_equality else "bounds"
-            where = f", everywhere, held at {c.block.count} times" if c.everywhere else ""
-            lines.append(f"  constraint  {_describe(c.block)}; {c.size} multipliers, {kind}{where}")
+        lines += [f"  term        {b.nature}" for b in self.terms]
+        lines += [f"  constraint  {c.nature}" for c in self.constraints]
         lines += [f"  parameter   {name}: {np.array2string(v, precision=6)}" for name, v in self.parameters.items()]
         lines += [f"  note        {note}" for note in self.notes]
         return "\n".join(lines)
 
     __repr__ = __str__
-
-
-def _describe(block: Block) -> str:
-    kernel = block.kernel
-    nature = "squares of " if kernel.squares else ""
-    order = "linear" if kernel.linear else "quadratic" if kernel.quartic else "nonlinear"
-    return (
-        f"{block.name}: {block.elements} elements × {block.nodes} nodes, {nature}{kernel.out.numel()} {order} "
-        f"expression{'s' * (kernel.out.numel() != 1)} of {kernel.z.numel()} local values"
-    )

@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.motions.position import Affine
 from symmotion.program import Block, BlockEvaluator, Evaluator, Program, Targeted, Targets
@@ -41,6 +42,8 @@ class Datum:
     derivative: sparse.csr_array
     slope: np.ndarray
     unknown: np.ndarray
+
+    __repr__ = in_a_line
 
     @property
     def size(self) -> int:
@@ -105,6 +108,8 @@ class Data:
     program: Program
     x: np.ndarray
     multipliers: np.ndarray
+
+    __repr__ = in_a_line
 
     def every(self) -> dict[str, "Datum"]:
         """By name: positions, conditions, parameters, weights."""

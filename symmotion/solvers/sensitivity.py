@@ -65,6 +65,9 @@ class Sensitivity:
     def _readings(self) -> dict[str, AnyReading]:
         return {}
 
+    def __repr__(self) -> str:
+        return f"Sensitivity({self.program.unknowns} unknowns; data: {', '.join(self.names) or 'none'})"
+
     @property
     def names(self) -> tuple[str, ...]:
         """Of the data."""

@@ -12,6 +12,7 @@ import scipy.linalg as la
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, SuperLU, splu
 
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.program.evaluate import Evaluator, Pattern
 from symmotion.program.program import Program
@@ -47,6 +48,8 @@ class HessianTriangle:
     rows: np.ndarray
     columns: np.ndarray
     pattern: Pattern
+
+    __repr__ = in_a_line
 
     @property
     def diagonal(self) -> np.ndarray:
@@ -133,6 +136,9 @@ class Saddle:
         self.sparsity = ca.Sparsity(size, size, self._pointers.tolist(), self._rows.tolist())
         self._solver = ca.Linsol("saddle", "ldl", self.sparsity)
         self._factored_normal: SuperLU | None = None
+
+    def __repr__(self) -> str:
+        return f"Saddle({self.n} unknowns, {self.m} conditions)"
 
     @property
     def _normal(self) -> SuperLU | None:
