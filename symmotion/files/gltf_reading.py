@@ -15,7 +15,7 @@ from symmotion.errors import InputError
 from symmotion.files.documents import read_object
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_document import BIN_CHUNK, JSON_CHUNK, MAGIC, VERSION
-from symmotion.opening import readable
+from symmotion.opening import readable_bytes
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -195,7 +195,7 @@ def open_gltf(path: FilePath) -> GltfFile:
 
     Raises InputError that names the file and the byte or entry at fault.
     """
-    with readable(path, binary=True) as handle:
+    with readable_bytes(path) as handle:
         data = handle.read()
         binary = data.startswith(MAGIC) or Path(path).suffix.lower() == ".glb"
         text, chunk = _chunks(path, data) if binary else (data, None)
@@ -260,7 +260,7 @@ def _beside(uri: Place) -> bytes:
     if len(parts) > 1 and not target.resolve().is_relative_to(here.resolve()):
         raise uri.fault(f"{name!r:.60}: leads out of the directory")
     try:
-        with readable(target, binary=True) as handle:
+        with readable_bytes(target) as handle:
             return handle.read()
     except InputError as error:
         raise uri.fault(str(error)) from None

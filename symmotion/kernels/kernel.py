@@ -25,6 +25,16 @@ class Kernel:
     channels: int
     squares: bool = False
 
+    def __repr__(self) -> str:
+        return f"Kernel({self.nature})"
+
+    @property
+    def nature(self) -> str:
+        """What it is, in words."""
+        order = "linear" if self.linear else "quadratic" if self.quartic else "nonlinear"
+        expressions = f"{self.out.numel()} {order} expression{'s' * (self.out.numel() != 1)}"
+        return f"{'squares of ' * self.squares}{expressions} of {self.z.numel()} local values"
+
     @property
     def rows(self) -> int:
         return self.z.numel() // self.channels

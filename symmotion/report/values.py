@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from symmotion.bodies import Body
+from symmotion.brief import brief, in_a_line
 from symmotion.errors import InputError
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.tables import Table
@@ -22,6 +23,8 @@ class Figure:
     svg: str
     caption: str
     alt: str = ""
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         require_name("figure", self.name)
@@ -41,6 +44,8 @@ class Track:
     times: tuple[float, ...]
     poses: tuple[tuple[float, ...], ...]
     rates: tuple[tuple[float, ...], ...]
+
+    __repr__ = in_a_line
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,8 @@ class Player:
     unit: str = ""
     direction: tuple[float, ...] = (1.0, -1.6, 1.3)
     centre: tuple[float, ...] = ()
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         require_name("player", self.name)
@@ -107,6 +114,10 @@ class Run:
     seconds: Seconds = field(default_factory=Seconds)
     log: tuple[Iteration, ...] = field(default=(), repr=False)
     message: str = ""
+
+    def __repr__(self) -> str:
+        found = f"objective {brief(self.objective)}, {self.iterations} iterations"
+        return f"Run({self.case}, {self.method}: {self.status}, {found})"
 
     @staticmethod
     def of(case: str, solution: Solution) -> "Run":
@@ -155,6 +166,8 @@ class StudyResult:
     notes: tuple[str, ...] = ()
     players: tuple[Player, ...] = ()
 
+    __repr__ = in_a_line
+
     def __post_init__(self):
         require_distinct("figures", (figure.name for figure in self.pictures))
         require_distinct("players", (player.name for player in self.players))
@@ -187,6 +200,8 @@ class StudyOptions:
     data: Path | None = None
     progress: Callable[[str], None] = _silent
 
+    __repr__ = in_a_line
+
 
 @dataclass(frozen=True)
 class Study:
@@ -197,6 +212,8 @@ class Study:
     source: str
     run: Callable[[StudyOptions], StudyResult]
     order: int = 100
+
+    __repr__ = in_a_line
 
 
 @dataclass(frozen=True)
@@ -213,6 +230,8 @@ class StudyRecord:
     result: StudyResult | None
     error: str = ""
     traceback: str = ""
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         # Without a hyphen, so that "study-figure" is one figure's file and ids only.

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symmotion.brief import in_a_line
 from symmotion.checks import whole
 from symmotion.splines.basis import BSplineBasis
 
@@ -46,6 +47,8 @@ class Integral:
     size: float
     reached: bool
     worst: tuple[float, float]
+
+    __repr__ = in_a_line
 
     @property
     def value(self) -> float:

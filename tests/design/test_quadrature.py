@@ -6,6 +6,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 import symmotion as sm
 from symmotion.splines import BSplineBasis
@@ -34,6 +35,16 @@ def test_strain_of_a_motion_that_is_nearly_singular_has_ten_digits(least):
 def test_strain_of_a_singular_motion_is_refused_with_its_times(least):
     with pytest.raises(sm.InputError, match=r"S has no value between times 0 and 1: at time 0.*A is singular"):
         sm.measure(squeezed(least), sm.StrainRate())
+
+
+def test_curves_of_quaternions_that_are_no_splines_are_measured_by_their_rates():
+    """Of a slerp the rate is the angle of a step, all the way; of a squad the torque is what SciPy integrates."""
+    angles = (KEYS.rotations()[:-1].inv() * KEYS.rotations()[1:]).magnitude()
+    turning = sm.JetEnergy(lambda jet: jet.rate, squares=True)
+    assert sm.measure(sm.interpolants.slerp_curve(KEYS), turning) == pytest.approx((angles**2).sum(), rel=1e-10)
+    squad = sm.interpolants.squad(KEYS)
+    spans = [quad(lambda t: float((squad.jet(t).acceleration ** 2).sum()), a, a + 1, epsabs=1e-10)[0] for a in (0, 1)]
+    assert sm.measure(squad, sm.Torque()) == pytest.approx(sum(spans), rel=1e-8)
 
 
 def test_the_digits_of_what_is_too_rough_are_told():

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg as la
 
+from symmotion.brief import in_a_line
 from symmotion.checks import choice, numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
@@ -216,6 +217,8 @@ class Steady:
     matrices: np.ndarray
     logs: np.ndarray
 
+    __repr__ = in_a_line
+
     def __post_init__(self):
         for name in ("times", "matrices", "logs"):
             object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
@@ -237,6 +240,8 @@ class Exponential:
 
     generator: Spline
 
+    __repr__ = in_a_line
+
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         unit = _unit(self.generator.control_points)
         return unit * _exponential(_of_spline(self.generator, t, order) / unit)
@@ -248,6 +253,8 @@ class PlanarTurns:
 
     angle: Spline
 
+    __repr__ = in_a_line
+
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         return _exponential(_of_spline(self.angle, t, order)[..., None, None] * TURN_2D)
 
@@ -258,6 +265,8 @@ class SpatialTurns:
 
     times: np.ndarray
     rotations: np.ndarray
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         for name in ("times", "rotations"):
@@ -291,6 +300,8 @@ class Polar:
     turning: Steady | PlanarTurns | SpatialTurns
     sizes: Spline
     path: Spline
+
+    __repr__ = in_a_line
 
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         linear = _product(self.turning(t, order), _of_spline(self.sizes, t, order))
