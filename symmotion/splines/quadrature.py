@@ -17,8 +17,8 @@ SHIFT = 16  # roundings of an interval by which its nodes are moved to see what 
 # An interval's halves against itself tell by how much it is off. What is left after a halving near a kink or a root is
 # up to 2.5 times as much as that.
 UNSEEN = 4.0
-# What halves and whole differ by may be rounding where it is less than DOUBT times what one look at its nodes has shown:
-# then it is looked at again, with room for what two looks differ by. Else noise would be halved without end.
+# What halves and whole differ by may be rounding where it is less than DOUBT times what one look at the nodes has
+# shown: then it is looked at again, with room for what two looks differ by. Else noise would be halved without end.
 DOUBT, ROOM = 100.0, 2.0
 
 
