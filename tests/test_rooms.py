@@ -22,6 +22,7 @@ ROOMS = (
         "checks",
         "whole",
         "opening",
+        "documents",
         "forking",
         "saving",
         "tables",
