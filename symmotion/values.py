@@ -43,10 +43,20 @@ def same(a: object, b: object) -> bool:
     return same_fields(a, b) if parameters is not None and parameters.eq else (a == b) is True
 
 
+def fixed(a: np.ndarray) -> bool:
+    """Whether an array refuses writes, and so does all that it is a view of: no copy is needed to keep it as it is."""
+    part: object = a
+    while isinstance(part, np.ndarray):
+        if part.flags.writeable:
+            return False
+        part = part.base
+    return part is None
+
+
 def settled(a: object) -> object:
     """A content as frozen classes hold it: arrays as copies that refuse writes, lists of numbers as tuples."""
     if isinstance(a, np.ndarray):
-        if not a.flags.writeable and a.flags.owndata:
+        if fixed(a):
             return a
         copy = a.copy()
         copy.flags.writeable = False

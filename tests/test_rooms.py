@@ -23,6 +23,7 @@ ROOMS = (
         "checks",
         "whole",
         "opening",
+        "documents",
         "forking",
         "saving",
         "tables",

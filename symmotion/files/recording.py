@@ -50,9 +50,8 @@ def thinned(recording: Recording, every: int | None = None, rate: float | None =
         kept = np.where(targets - times[right - 1] <= times[right] - targets, right - 1, right)
         kept = np.arange(count) if wanted > count else kept
     else:
-        kept = np.arange(count)
-    kept = np.unique(np.append(kept, count - 1))
-    if len(kept) < count:
+        kept = None
+    if kept is not None and len(kept := np.unique(np.append(kept, count - 1))) < count:
         keyframes = keyframes[kept]
         notes.append(f"{len(kept)} of {count} keyframes are kept")
     if (gap := gaps(keyframes.times)) is not None:

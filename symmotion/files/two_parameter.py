@@ -4,7 +4,7 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.archives import read_arrays
-from symmotion.files.documents import entries_of, read_list, require_entries
+from symmotion.files.documents import entries_of, outline_of, read_list, require_entries
 from symmotion.files.formats import FilePath
 from symmotion.files.saved import class_saved, load_as
 from symmotion.motions.dual import DualQuaternions
@@ -21,9 +21,9 @@ NET = (("axis", "angle"), ("translation", "knots_u", "knots_v"))
 
 def read_net_json(path: FilePath) -> TwoParameterMotion:
     """The motion, or net of displacements, of a JSON object; see `read_two_parameter`."""
-    document = entries_of(path)
-    if class_saved(document) is not None:
+    if class_saved(outline_of(path)) is not None:
         return load_as(path, TwoParameterMotion)
+    document = entries_of(path)
     entries = {k: read_list(path, document, k) for k in document if k not in MARK}
     return _made(path, entries, {k: document[k] for k in MARK if k in document})
 
@@ -46,7 +46,7 @@ def write_net_npz(motion: TwoParameterMotion, path: FilePath) -> None:
 
 def is_net_json(path: FilePath) -> bool:
     """Whether a JSON file has the mark of a two-parameter motion, was saved from one, or has what a net needs."""
-    document = entries_of(path)
+    document = outline_of(path)
     if class_saved(document) == "TwoParameterMotion":
         return True
     mark = document.get("symmotion")

@@ -345,16 +345,18 @@ def _exponential(generator: np.ndarray) -> np.ndarray:
     those of exp(L) in its first row: both stand for the same polynomials in a nilpotent matrix.
     """
     orders, count, n, _ = generator.shape
+    # In a unit of time in which the rates are of order one: each squaring of larger ones loses digits.
+    rates = [np.abs(generator[k]).max(initial=0.0) ** (1 / k) for k in range(1, orders)]
+    fastest = max(rates, default=0.0)
+    unit = 2.0 ** -np.ceil(np.log2(fastest)) if fastest > 1 else 1.0
+    powers = unit ** np.arange(orders)[:, None, None, None]
+    generator = generator * powers
     blocks = np.zeros((count, orders, n, orders, n))
-    # In a unit of time in which no coefficient is large, or scaling by the largest would cost the digits of the others.
-    size = np.abs(generator).max(axis=(1, 2, 3), initial=0.0)
-    units = [float(np.log2(max(size[0], 1.0) / size[k])) / k for k in range(1, orders) if size[k]]
-    unit = 2.0 ** (np.floor(min(units, default=0.0)) * np.arange(orders))
     for k in range(orders):
         for j in range(orders - k):
-            blocks[:, j, :, j + k, :] = unit[k] * generator[k]
+            blocks[:, j, :, j + k, :] = generator[k]
     result = _exponentials(blocks.reshape(count, orders * n, orders * n))
-    return result.reshape(count, orders, n, orders, n)[:, 0].transpose(2, 0, 1, 3) / unit[:, None, None, None]
+    return result.reshape(count, orders, n, orders, n)[:, 0].transpose(2, 0, 1, 3) / powers
 
 
 def _exponentials(matrices: np.ndarray) -> np.ndarray:
