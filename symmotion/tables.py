@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 
 Cell = str | int | float | bool | None
@@ -21,6 +22,8 @@ class Column:
     name: str
     unit: str = ""
 
+    __repr__ = in_a_line
+
     @property
     def digits(self) -> int:
         """How many significant digits a reader is shown: times and memory that were measured have three."""
@@ -35,6 +38,9 @@ class Table:
     columns: tuple[Column, ...]
     rows: tuple[tuple[Cell, ...], ...]
     caption: str = ""
+
+    def __repr__(self) -> str:
+        return f"Table({self.name!r}, {len(self.rows)} rows of {', '.join(c.name for c in self.columns)})"
 
     def __post_init__(self):
         rows = tuple(tuple(c.item() if isinstance(c, np.generic) else c for c in row) for row in self.rows)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from symmotion.bodies import Body
+from symmotion.brief import brief, in_a_line
 from symmotion.errors import InputError
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.tables import Table, start_of
@@ -24,6 +25,8 @@ class Figure:
     svg: str
     caption: str
     alt: str = ""
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         require_name("figure", self.name)
@@ -43,6 +46,8 @@ class Track:
     times: tuple[float, ...]
     poses: tuple[tuple[float, ...], ...]
     rates: tuple[tuple[float, ...], ...]
+
+    __repr__ = in_a_line
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,8 @@ class Player:
     unit: str = ""
     direction: tuple[float, ...] = (1.0, -1.6, 1.3)
     centre: tuple[float, ...] = ()
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         require_name("player", self.name)
@@ -114,6 +121,10 @@ class Run:
     seconds: Seconds = field(default_factory=Seconds)
     log: tuple[Iteration, ...] = field(default=(), repr=False)
     message: str = ""
+
+    def __repr__(self) -> str:
+        found = f"objective {brief(self.objective)}, {self.iterations} iterations"
+        return f"Run({self.case}, {self.method}: {self.status}, {found})"
 
     @staticmethod
     def of(case: str, solution: Solution) -> "Run":
@@ -172,6 +183,8 @@ class StudyResult:
     players: tuple[Player, ...] = ()
     answer: str = ""
 
+    __repr__ = in_a_line
+
     def __post_init__(self):
         require_distinct("figures", (figure.name for figure in self.pictures))
         require_distinct("players", (player.name for player in self.players))
@@ -204,6 +217,8 @@ class StudyOptions:
     data: Path | None = None
     progress: Callable[[str], None] = _silent
 
+    __repr__ = in_a_line
+
 
 @dataclass(frozen=True)
 class Study:
@@ -218,6 +233,8 @@ class Study:
     run: Callable[[StudyOptions], StudyResult]
     order: int = 100
     subject: str = ""
+
+    __repr__ = in_a_line
 
 
 @dataclass(frozen=True)
@@ -235,6 +252,8 @@ class StudyRecord:
     error: str = ""
     traceback: str = ""
     subject: str = ""
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         # Without a hyphen, so that "study-figure" is one figure's file and ids only.

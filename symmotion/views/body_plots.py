@@ -197,7 +197,7 @@ def _draw_solid(axes: Axes, copies: list[_Copies], body: Body) -> None:
         bases += [base] * len(polygons)
         edges += [base if c.dark else 1 - 0.85 * (1 - base)] * len(polygons)
     colours = 1 - np.concatenate(shares)[:, None] * (1 - np.array(bases))
-    draw_faces(axes, faces, colours, edges, linewidths=0.5, joinstyle="round", zorder=2)
+    draw_faces(axes, faces, colours, edges, joined="round", zorder=2)
 
 
 def _draw_marks(axes: Axes, copies: _Copies, body: Body) -> None:

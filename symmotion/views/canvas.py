@@ -8,10 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
+from matplotlib.typing import RcKeyType
 
 from symmotion.errors import InputError
 from symmotion.tables import start_of
-from symmotion.views.style import STYLE, Settings
+from symmotion.views.style import STYLE
 
 # Markers beyond this many would run together, and fill a file.
 MOST_MARKERS = 60
@@ -20,7 +21,7 @@ MOST_BINS = 400
 
 # Inches. Set at the width of a column, 3.3 inches, the smallest letters are still 6 points high.
 WIDTH, HEIGHT = 4.5, 2.9
-FONT: Settings = {"font.size": 10, "axes.labelsize": 10, "xtick.labelsize": 9, "ytick.labelsize": 9}
+FONT: dict[RcKeyType, object] = {"font.size": 10, "axes.labelsize": 10, "xtick.labelsize": 9, "ytick.labelsize": 9}
 
 
 def require_axes(axes: object) -> None:

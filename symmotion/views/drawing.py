@@ -112,12 +112,11 @@ def draw_ellipsoid(
     s = np.linspace(0, 2 * np.pi, 49)
     circle = np.column_stack([np.cos(s), np.sin(s), np.zeros_like(s)])
     view = VIEW[:, :2]
-    for t in times:
-        for k in range(3):
-            ring = np.roll(circle, k, axis=1) * semi_axes
-            path = motion.trajectory(ring, t) @ view
-            colour = INK if ink else COLOURS[k]
-            axes.fill(*path.T, facecolor=to_rgba(colour, 0.12), edgecolor=colour, linewidth=1.3 if ink else 0.7)
+    rings = np.concatenate([np.roll(circle, k, axis=1) * semi_axes for k in range(3)])
+    outlines = (motion.trajectory(rings, times) @ view).reshape(-1, len(s), 2)
+    colours = [INK if ink else COLOURS[k % 3] for k in range(len(outlines))]
+    faces = [to_rgba(colour, 0.12) for colour in colours]
+    axes.add_collection(PolyCollection(outlines, facecolors=faces, edgecolors=colours, linewidths=1.3 if ink else 0.7))
     path = motion(np.linspace(*motion.domain, 300)).translation @ view
     axes.plot(path[:, 0], path[:, 1], color=INK, linewidth=0.8, alpha=0.6)
     bare(axes)

@@ -10,8 +10,9 @@ from matplotlib.ticker import MaxNLocator
 from symmotion.answers import Band, fit_covariance
 from symmotion.errors import InputError
 from symmotion.fairing import FairingResult
-from symmotion.motions import TwoParameterMotion
+from symmotion.motions import AffineMotion, PoseMotion, TwoParameterMotion
 from symmotion.solvers import Comparison, Solution
+from symmotion.splines import Spline
 from symmotion.views.canvas import MOST_MARKERS, legend_above, on_axes, require_axes, require_kind, thinned, told
 from symmotion.views.convergence import draw_convergence
 from symmotion.views.fairing_figures import draw_fairness
@@ -48,10 +49,12 @@ def plot_solution(solution: Solution, axes: Axes | None = None, *, kind: Solutio
         raise InputError(
             f"the solution ({solution.status}) has no motion with a picture: kind='convergence' shows what happened"
         )
-    if not hasattr(motion, "plot"):
+    if isinstance(motion, Spline):
         return plot_curve(motion, axes)
     keyframes = keyframes_of(solution)
-    return motion.plot(axes) if keyframes is None else motion.plot(axes, keyframes=keyframes)
+    if keyframes is not None and isinstance(motion, AffineMotion | PoseMotion):
+        return motion.plot(axes, keyframes=keyframes)
+    return motion.plot(axes)
 
 
 def plot_band(band: Band, axes: Axes | None = None) -> Axes:
