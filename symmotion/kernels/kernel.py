@@ -7,6 +7,9 @@ from sys import intern
 import casadi as ca
 import numpy as np
 
+# Instructions: beyond, to look for common subexpressions takes seconds and finds a hundredth of them.
+LONG = 20_000
+
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
@@ -92,6 +95,7 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     mu = ca.SX.sym("mu", out.numel())
     theta, sigma = ca.SX.sym("theta"), ca.SX.sym("sigma", out.numel())
     phi = ca.sumsqr(out) if squares else ca.dot(mu, out)
+    long = base.n_instructions() * z.numel() > LONG
     if kind == "out":
         result = out
     elif kind == "value":
@@ -99,15 +103,15 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     elif kind == "gradient":
         result = ca.gradient(phi, z)
     elif kind == "hessian":
-        hessian = ca.hessian(ca.dot(mu, out), z)[0]
+        jacobian, hessian = _slopes(out, mu, z, long)
         if squares:
-            jacobian = ca.jacobian(out, z)
-            hessian = 2 * jacobian.T @ jacobian + ca.substitute(hessian, mu, 2 * theta * out)
+            jacobian, hessian = ca.substitute([jacobian, hessian], [mu], [2 * theta * out])
+            hessian = 2 * jacobian.T @ jacobian + hessian
         # One triangle is computed and mirrored: CasADi does not see that the two are equal.
         result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
     elif kind == "barrier":
-        jacobian = ca.jacobian(out, z)
-        hessian = theta * ca.hessian(phi, z)[0] + jacobian.T @ ca.diag(sigma) @ jacobian
+        jacobian, hessian = _slopes(out, mu, z, long)
+        hessian = theta * hessian + jacobian.T @ ca.diag(sigma) @ jacobian
         result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
     elif kind == "jacobian":
         result = ca.vec(ca.densify(ca.jacobian(out, z)).T)
@@ -138,7 +142,17 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
             inputs.append(sigma)
     else:
         inputs, outputs = [z, data, mu], [result]
-    return ca.Function("kernel", inputs, ca.cse([ca.densify(o) for o in outputs]))
+    dense = [ca.densify(o) for o in outputs]
+    function = ca.Function("kernel", inputs, dense)
+    return function if function.n_instructions() > LONG else ca.Function("kernel", inputs, ca.cse(dense))
+
+
+def _slopes(out: ca.SX, mu: ca.SX, z: ca.SX, long: bool) -> tuple[ca.SX, ca.SX]:
+    """J = ∂out/∂z and ∂²(muᵀ out)/∂z²; where that is long by one sweep, in which what both need is there once."""
+    if not long:
+        return ca.jacobian(out, z), ca.hessian(ca.dot(mu, out), z)[0]
+    both = ca.jacobian(ca.vertcat(out, ca.gradient(ca.dot(mu, out), z)), z)
+    return both[: out.numel(), :], both[out.numel() :, :]
 
 
 def _by_blocks(hessian: ca.SX, channels: int) -> ca.SX:
