@@ -21,7 +21,7 @@ def symbols(name: str = "quaternion") -> ca.SX:
 
 
 def written_once(*sizes: int) -> Callable[[Callable[..., ca.SX]], Callable[..., ca.SX]]:
-    """An expression of vectors of these sizes, written in symbols once: Python's calls cost 20 times CasADi's copies."""
+    """An expression of vectors of these sizes, written in symbols once: CasADi copies it 20 times faster than Python."""
 
     def of(expression: Callable[..., ca.SX]) -> Callable[..., ca.SX]:
         @lru_cache(maxsize=1)
@@ -29,7 +29,11 @@ def written_once(*sizes: int) -> Callable[[Callable[..., ca.SX]], Callable[..., 
             symbols = [ca.SX.sym(f"v_{k}", size) for k, size in enumerate(sizes)]
             return ca.Function("expression", symbols, [expression(*symbols)])
 
-        return wraps(expression)(lambda *vectors: function()(*vectors))
+        @wraps(expression)
+        def copied(*vectors: ca.SX) -> ca.SX:
+            return function().call(list(vectors))[0]
+
+        return copied
 
     return of
 
