@@ -76,4 +76,6 @@ def draw_faces(
     order = np.argsort(depth, kind="stable")
     outline = "face" if edges is None else np.asarray(edges)[order]
     shapes = faces[order, :, :2] if isinstance(faces, np.ndarray) else [faces[k][:, :2] for k in order]
-    axes.add_collection(PolyCollection(shapes, facecolors=colours[order], edgecolors=outline, **style))
+    # Matplotlib's stubs know lists only.
+    drawn = PolyCollection(shapes, facecolors=colours[order], edgecolors=outline, **style)  # pyright: ignore[reportArgumentType]
+    axes.add_collection(drawn)
