@@ -205,7 +205,9 @@ class ControlSpace:
         p, c = self.basis.degree, self.channels
         columns, tables = self._tables(basis, points, 2)
         symbols = NodeSymbols.of(c, p, self.plain)
-        ways, out, data = symbols.ways(c), [], [symbols.signs, symbols.turns]
+        out, data = [], [symbols.signs, symbols.turns]
+        # Symbols of their own: the increments are fewer numbers than the controls, and all that rates read of these.
+        ways = [ca.SX.sym(f"way_{k}", 3) for k in range(p)]
         # Asked of a jet of symbols: a node's own is a long expression to search.
         plain = self.symbols()
         timed = bool(ca.depends_on(expression(plain), plain.t))
@@ -222,7 +224,8 @@ class ControlSpace:
         extra = np.stack([shares, self.basis.origin + points], axis=2) if timed else shares[..., None]
         shift = [np.broadcast_to(self.shift, (e, 3))] if placed else []
         numbers = [*self._branches(columns), *shift, np.concatenate([tables, extra], axis=2).reshape(e, -1)]
-        kernel = Kernel(symbols.z, ca.vertcat(*data), ca.vertcat(*out), c, squares)
+        read = ca.vertcat(*ways), ca.vertcat(*symbols.ways(c))
+        kernel = Kernel.through(symbols.z, ca.vertcat(*data), ca.vertcat(*out), *read, c, squares)
         table = np.concatenate(numbers, axis=1)
         return Block(name, kernel, self.variable, slice(0, c), self._picked(columns), 1, np.ones(e), table)
 

@@ -17,7 +17,7 @@ import casadi as ca
 
 from symmotion.errors import plain
 from symmotion.forking import ForkedLock
-from symmotion.kernels import kernel, source
+from symmotion.kernels import hessians, kernel, source
 from symmotion.whole import synced, workshop
 
 # No contraction to fused multiply-adds and no fast-math: the same bits as the interpreter's.
@@ -196,7 +196,7 @@ def _compiler() -> tuple[str, ...]:
 @lru_cache(maxsize=1)
 def _toolchain() -> tuple[str, ...]:
     """What machine code depends on beside the kernel: how C is made from it, compiler, flags and processor."""
-    makers = (Path(m.__file__ or "").read_text(encoding="utf-8") for m in (kernel, source))
+    makers = (Path(m.__file__ or "").read_text(encoding="utf-8") for m in (kernel, hessians, source))
     compiler = [*_compiler(), *FLAGS]
     if _compiler():
         # Which compiler it is, without the milliseconds of asking it.

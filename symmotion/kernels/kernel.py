@@ -7,8 +7,7 @@ from sys import intern
 import casadi as ca
 import numpy as np
 
-# Instructions from which looking for what is said twice, at 10 µs for each, does not pay; no compiler takes these.
-LONG = 20_000
+from symmotion.kernels.hessians import LONG, Inner, second_order
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +19,7 @@ class Kernel:
     out: (C, 1) expression of z and data: the residuals or the integrand of a term, or the
         components of a constraint.
     squares: whether a term is the sum of the squares of `out` (else the sum of `out`).
+    inner: see `through`.
     """
 
     z: ca.SX
@@ -27,6 +27,18 @@ class Kernel:
     out: ca.SX
     channels: int
     squares: bool = False
+    inner: Inner | None = None
+
+    @staticmethod
+    def through(
+        z: ca.SX, data: ca.SX, out: ca.SX, symbols: ca.SX, values: ca.SX, channels: int, squares: bool = False
+    ) -> "Kernel":
+        """A kernel whose `out` reads z mostly through few numbers: symbols (W, 1) in it, whose values are (W, 1) of z.
+
+        Its Hessian is that by these numbers, chained: shorter than one by z.
+        """
+        plain = ca.substitute(out, symbols, values)
+        return Kernel(z, data, plain, channels, squares, (symbols, values, out))
 
     def __repr__(self) -> str:
         return f"Kernel({self.nature})"
@@ -45,7 +57,11 @@ class Kernel:
     @cached_property
     def code(self) -> str:
         """The kernel as text, the same for equal kernels: the key of the compile cache."""
-        return ca.Function("kernel", [self.z, self.data], [ca.densify(self.out)]).serialize()
+        if self.inner is None:
+            return ca.Function("kernel", [self.z, self.data], [ca.densify(self.out)]).serialize()
+        symbols, values, out = self.inner
+        pair = [ca.densify(out), ca.densify(values)]
+        return ca.Function("kernel", [self.z, self.data, symbols], pair).serialize()
 
     @cached_property
     def linear(self) -> bool:
@@ -75,12 +91,22 @@ class Kernel:
 @lru_cache(maxsize=512)
 def written_kernel(code: str, channels: int, squares: bool) -> Kernel:
     """The kernel of a text that `Kernel.code` gave, the same object for equal texts."""
-    base = ca.Function.deserialize(code)
-    z, data = ca.SX.sym("z", base.size1_in(0)), ca.SX.sym("data", base.size1_in(1))
-    kernel = Kernel(z, data, base(z, data), channels, squares)
+    z, data, out, inner = _written(code)
+    kernel = Kernel(z, data, out, channels, squares, inner)
     # With symbols of other names the text would be another, and what is compiled under this one not found.
     kernel.__dict__["code"] = code
     return kernel
+
+
+def _written(code: str) -> tuple[ca.SX, ca.SX, ca.SX, Inner | None]:
+    """z, data, out and inner of a kernel that `Kernel.code` is the text of."""
+    base = ca.Function.deserialize(code)
+    z, data = ca.SX.sym("z", base.size1_in(0)), ca.SX.sym("data", base.size1_in(1))
+    if base.n_in() == 2:
+        return z, data, base(z, data), None
+    symbols = ca.SX.sym("inner", base.size1_in(2))
+    outer, values = base(z, data, symbols)
+    return z, data, base(z, data, values)[0], (symbols, values, outer)
 
 
 @lru_cache(maxsize=512)
@@ -98,13 +124,13 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     "along" J mu, (C,), and "line" the five coefficients of φ along z + α mu, for out up to quadratic, mu having the
     shape of z in both.
     """
-    base = ca.Function.deserialize(code)
-    z = ca.SX.sym("z", base.size1_in(0))
-    data = ca.SX.sym("data", base.size1_in(1))
-    out = base(z, data)
+    z, data, out, inner = _written(code)
     mu = ca.SX.sym("mu", out.numel())
     theta, sigma = ca.SX.sym("theta"), ca.SX.sym("sigma", out.numel())
     phi = ca.sumsqr(out) if squares else ca.dot(mu, out)
+    if kind in ("along", "line"):
+        mu = ca.SX.sym("mu", z.numel())
+    inputs, outputs = [z, data, mu], []
     if kind == "out":
         result = out
     elif kind == "value":
@@ -112,13 +138,10 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     elif kind == "gradient":
         result = ca.gradient(phi, z)
     elif kind in ("hessian", "barrier"):
-        jacobian, hessian = _slopes_and_curvature(out, mu, z, data)
-        if kind == "barrier":
-            hessian = theta * hessian + jacobian.T @ ca.diag(sigma) @ jacobian
-        elif squares:
-            hessian = 2 * jacobian.T @ jacobian + ca.substitute(hessian, mu, 2 * theta * out)
+        hessian, gradient = second_order(z, data, out, inner, squares, theta, mu, sigma if kind == "barrier" else None)
         # One triangle is computed and mirrored: CasADi does not see that the two are equal.
         result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
+        inputs, outputs = [*inputs, theta, *([sigma] if kind == "barrier" else [])], [gradient]
     elif kind == "jacobian":
         result = ca.vec(ca.densify(ca.jacobian(out, z)).T)
     elif kind == "mixed":
@@ -128,10 +151,8 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     elif kind == "data":
         result = ca.vec(ca.densify(ca.jacobian(out, data)).T)
     elif kind == "along":
-        mu = ca.SX.sym("mu", z.numel())
         result = ca.jtimes(out, z, mu)
     elif kind == "line":
-        mu = ca.SX.sym("mu", z.numel())
         first = ca.jtimes(out, z, mu)
         second = ca.jtimes(first, z, mu) / 2
         if squares:
@@ -142,26 +163,9 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
             result = ca.vertcat(ca.sum1(out), ca.sum1(first), ca.sum1(second), 0, 0)
     else:
         raise ValueError(f"no derivative {kind!r}")
-    if kind in ("hessian", "barrier"):
-        inputs, outputs = [z, data, mu, theta], [result, ca.gradient(phi, z)]
-        if kind == "barrier":
-            inputs.append(sigma)
-    else:
-        inputs, outputs = [z, data, mu], [result]
-    outputs = [ca.densify(o) for o in outputs]
+    outputs = [ca.densify(o) for o in (result, *outputs)]
     plain = ca.Function("kernel", inputs, outputs)
     return plain if plain.n_instructions() > LONG else ca.Function("kernel", inputs, ca.cse(outputs))
-
-
-def _slopes_and_curvature(out: ca.SX, mu: ca.SX, z: ca.SX, data: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """∂out/∂z and ∂²(muᵀ out)/∂z²."""
-    found = ca.jacobian(out, z), ca.hessian(ca.dot(mu, out), z)[0]
-    if ca.Function("both", [z, data, mu], found).n_instructions() <= LONG:
-        return found
-    # The tangents of `out` are part of those of its gradient: one sweep says them once.
-    out, gradient = ca.cse([out, ca.gradient(ca.dot(mu, out), z)])
-    both = ca.jacobian(ca.vertcat(out, gradient), z)
-    return both[: out.numel(), :], both[out.numel() :, :]
 
 
 def _by_blocks(hessian: ca.SX, channels: int) -> ca.SX:

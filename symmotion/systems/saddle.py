@@ -67,7 +67,7 @@ class HessianTriangle:
     def _make(program: Program) -> "HessianTriangle":
         n = program.unknowns
         blocks = (*program.terms, *(c.block for c in program.constraints if not c.block.kernel.linear))
-        entries = []
+        entries, unread = [], np.ones(n, dtype=bool)
         for b in blocks:
             local = b.local.blocks
             first, stride = program.place(b.variable)
@@ -76,8 +76,10 @@ class HessianTriangle:
             column = local[1][:, None, None] * stride + channel
             # The blocks are those with a ≤ b; inside one on the diagonal half the entries are mirror images.
             entries.append(np.where(row <= column, column * n + row, n * n).ravel())
+            own = local[1][local[0] == local[1]]
+            unread[own[:, None] * stride + channel] = False
         # Multiples of the identity go to unknowns too that no term reads.
-        unread = np.setdiff1d(np.arange(n) * (n + 1), np.concatenate(entries))
+        unread = np.flatnonzero(unread) * (n + 1)
         if len(entries) == 1 and not len(unread):
             order = np.argsort(entries[0], kind="stable")
             keys = entries[0][order]

@@ -116,7 +116,11 @@ def draw_ellipsoid(
     outlines = (motion.trajectory(rings, times) @ view).reshape(-1, len(s), 2)
     colours = [INK if ink else COLOURS[k % 3] for k in range(len(outlines))]
     faces = [to_rgba(colour, 0.12) for colour in colours]
-    axes.add_collection(PolyCollection(outlines, facecolors=faces, edgecolors=colours, linewidths=1.3 if ink else 0.7))
+    width = 1.3 if ink else 0.7
+    axes.add_collection(
+        # Matplotlib's stubs know lists only, which are drawn more slowly.
+        PolyCollection(outlines, facecolors=faces, edgecolors=colours, linewidths=width)  # pyright: ignore[reportArgumentType]
+    )
     path = motion(np.linspace(*motion.domain, 300)).translation @ view
     axes.plot(path[:, 0], path[:, 1], color=INK, linewidth=0.8, alpha=0.6)
     bare(axes)

@@ -80,7 +80,14 @@ def draw_faces(
     order = np.argsort(depth, kind="stable")
     outline = "face" if edges is None else np.asarray(edges)[order]
     shapes = faces[order, :, :2] if isinstance(faces, np.ndarray) else [faces[k][:, :2] for k in order]
-    drawn = PolyCollection(shapes, facecolors=colours[order], edgecolors=outline, linewidths=width, zorder=zorder)
+    # Matplotlib's stubs know lists only.
+    drawn = PolyCollection(
+        shapes,  # pyright: ignore[reportArgumentType]
+        facecolors=colours[order],
+        edgecolors=outline,
+        linewidths=width,
+        zorder=zorder,
+    )
     drawn.set_rasterized(rasterized)
     if joined is not None:
         drawn.set_joinstyle(joined)
