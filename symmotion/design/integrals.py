@@ -14,6 +14,7 @@ from symmotion.jets.linear import LinearSpace, affine_space, curve_space
 from symmotion.jets.rigid import rigid_jet
 from symmotion.kernels.mapped import Mapped
 from symmotion.motions import AffineMotion, PoseMotion
+from symmotion.motions.interpolants.blends import Interpolant
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.program import QUADRATURE, BlockEvaluator
 from symmotion.splines import Integral, Spline, integrate
@@ -70,6 +71,9 @@ def integrand(motion: Any, energy: Energy, marks: np.ndarray | None = None) -> I
         density = linear_density(energy, space, controls)
         return Integrand(energy, density, basis.relative.breakpoints, basis.degree, basis.origin)
     assert marks is not None
+    if isinstance(motion, Interpolant):
+        begin = motion.domain[0]
+        return Integrand(energy, _sampled(motion.relative, energy, begin), marks - begin, origin=begin)
     return Integrand(energy, _sampled(motion, energy), marks)
 
 
@@ -125,7 +129,8 @@ def _rigid(motion: QuaternionMotion | PoseMotion, energy: Energy) -> Density:
 
 
 # Any: as for `integrand`.
-def _sampled(motion: Any, energy: Energy) -> Density:
+def _sampled(motion: Any, energy: Energy, origin: float = 0.0) -> Density:
+    """The integrand along a motion that is called; origin: from which its times count."""
     d = motion.dimension
     size = d * d + d
     symbols = ca.SX.sym("jet", (HIGHEST_ORDER + 1) * size + 1)
@@ -148,7 +153,7 @@ def _sampled(motion: Any, energy: Energy) -> Density:
             else:
                 linear.append(np.zeros((len(times), d * d)))
                 translation.append(np.zeros((len(times), d)))
-        return _at(function, np.column_stack([*linear, *translation, times]))
+        return _at(function, np.column_stack([*linear, *translation, origin + times]))
 
     return density
 
