@@ -53,8 +53,7 @@ def fixed(a: np.ndarray) -> bool:
     return part is None
 
 
-# Any: contents of any kind.
-def settled(a: Any) -> Any:
+def settled(a: object) -> object:
     """A content as frozen classes hold it: arrays as copies that refuse writes, lists of numbers as tuples."""
     if isinstance(a, np.ndarray):
         if fixed(a):
@@ -63,10 +62,10 @@ def settled(a: Any) -> Any:
         copy.flags.writeable = False
         return copy
     if isinstance(a, tuple):
-        inside = [settled(x) for x in a]
-        return type(a)(*inside) if hasattr(a, "_fields") else tuple(inside)
-    numeric = isinstance(a, list) and bool(a) and all(isinstance(x, Real | np.ndarray | list | tuple) for x in a)
-    return settled(tuple(a)) if numeric else a
+        return getattr(a, "_make", tuple)(settled(x) for x in a)
+    if isinstance(a, list) and a and all(isinstance(x, Real | np.ndarray | list | tuple) for x in a):
+        return settled(tuple(a))
+    return a
 
 
 # Any: a dataclass, for which typing has no name.
@@ -80,10 +79,11 @@ def adopt(cls: Any, finish: Callable[[Any], None]) -> None:  # Any: methods are 
     """Makes a subclass that users write, a dataclass, keep what its base promises, however it is written.
 
     `finish` follows a `__post_init__` of its own, which may not call that of its base; and the == that `dataclass`
-    would make, which compares arrays in tuples, is the base's.
+    would make, which compares arrays in tuples, is the base's, as is how it reads.
     """
-    if "__eq__" not in cls.__dict__:
-        cls.__eq__ = cls.__eq__
+    for name in ("__eq__", "__repr__"):
+        if name not in cls.__dict__:
+            setattr(cls, name, getattr(cls, name))
     own = cls.__dict__.get("__post_init__")
     if own is None:
         return

@@ -19,6 +19,7 @@ ROOMS = (
         "version",
         "renamed",
         "values",
+        "brief",
         "checks",
         "whole",
         "opening",

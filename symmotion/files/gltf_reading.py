@@ -8,7 +8,7 @@ import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO, overload
+from typing import IO, overload
 from urllib.parse import unquote
 
 import numpy as np
@@ -17,7 +17,7 @@ from symmotion.documents import read_document
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_document import BIN_CHUNK, JSON_CHUNK, MAGIC, VERSION
-from symmotion.opening import readable
+from symmotion.opening import readable_bytes
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -226,7 +226,7 @@ def open_gltf(path: FilePath) -> GltfFile:
 
     Raises InputError that names the file and the byte or entry at fault.
     """
-    with readable(path, binary=True) as handle:
+    with readable_bytes(path) as handle:
         binary = handle.read(len(MAGIC)) == MAGIC or Path(path).suffix.lower() == ".glb"
         handle.seek(0)
         text, chunk = _chunks(path, handle) if binary else (handle.read(), None)
@@ -244,7 +244,7 @@ def _versioned(document: Place) -> Place:
     return document
 
 
-def _chunks(path: FilePath, handle: BinaryIO) -> tuple[bytes, bytes | None]:
+def _chunks(path: FilePath, handle: IO[bytes]) -> tuple[bytes, bytes | None]:
     """The JSON and the binary chunk of a .glb."""
     there = handle.seek(0, os.SEEK_END)
     handle.seek(0)
@@ -293,7 +293,7 @@ def _beside(uri: Place) -> bytes:
     if len(parts) > 1 and not target.resolve().is_relative_to(here.resolve()):
         raise uri.fault(f"{name!r:.60}: leads out of the directory")
     try:
-        with readable(target, binary=True) as handle:
+        with readable_bytes(target) as handle:
             return handle.read()
     except InputError as error:
         raise uri.fault(str(error)) from None

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.motions import Keyframes
 
@@ -17,6 +18,8 @@ class Recording:
 
     keyframes: Keyframes
     notes: tuple[str, ...] = ()
+
+    __repr__ = in_a_line
 
 
 def gaps(times: np.ndarray) -> str | None:

@@ -1,7 +1,5 @@
 """Two-parameter motions in and out of JSON and NPZ files."""
 
-from typing import Any
-
 import numpy as np
 
 from symmotion.errors import InputError
@@ -43,7 +41,7 @@ def write_net_json(motion: TwoParameterMotion, path: FilePath) -> None:
 def write_net_npz(motion: TwoParameterMotion, path: FilePath) -> None:
     """Write a motion as an archive of arrays."""
     with whole_file(path, binary=True) as handle:
-        np.savez(handle, **{k: np.array(v) for k, v in MARK.items()}, **_entries(motion))
+        np.savez(handle, **{k: np.array(v) for k, v in MARK.items()}, **_entries(motion), allow_pickle=False)
 
 
 def is_net_json(path: FilePath) -> bool:
@@ -55,8 +53,7 @@ def is_net_json(path: FilePath) -> bool:
     return mark == MARK["symmotion"] or (mark is None and set(NET[0]) <= document.keys())
 
 
-# Any: arrays, which `savez` tells from its flags by name only.
-def _entries(motion: TwoParameterMotion) -> dict[str, Any]:
+def _entries(motion: TwoParameterMotion) -> dict[str, np.ndarray]:
     entries = {
         "degree": np.array([motion.u.degree, motion.v.degree]),
         "knots_u": motion.u.knots,

@@ -7,6 +7,9 @@ from sys import intern
 import casadi as ca
 import numpy as np
 
+# Instructions from which looking for what is said twice, at 10 µs for each, does not pay; no compiler takes these.
+LONG = 20_000
+
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
@@ -24,6 +27,16 @@ class Kernel:
     out: ca.SX
     channels: int
     squares: bool = False
+
+    def __repr__(self) -> str:
+        return f"Kernel({self.nature})"
+
+    @property
+    def nature(self) -> str:
+        """What it is, in words."""
+        order = "linear" if self.linear else "quadratic" if self.quartic else "nonlinear"
+        expressions = f"{self.out.numel()} {order} expression{'s' * (self.out.numel() != 1)}"
+        return f"{'squares of ' * self.squares}{expressions} of {self.z.numel()} local values"
 
     @property
     def rows(self) -> int:
@@ -98,16 +111,13 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
         result = phi
     elif kind == "gradient":
         result = ca.gradient(phi, z)
-    elif kind == "hessian":
-        hessian = ca.hessian(ca.dot(mu, out), z)[0]
-        if squares:
-            jacobian = ca.jacobian(out, z)
+    elif kind in ("hessian", "barrier"):
+        jacobian, hessian = _slopes_and_curvature(out, mu, z, data)
+        if kind == "barrier":
+            hessian = theta * hessian + jacobian.T @ ca.diag(sigma) @ jacobian
+        elif squares:
             hessian = 2 * jacobian.T @ jacobian + ca.substitute(hessian, mu, 2 * theta * out)
         # One triangle is computed and mirrored: CasADi does not see that the two are equal.
-        result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
-    elif kind == "barrier":
-        jacobian = ca.jacobian(out, z)
-        hessian = theta * ca.hessian(phi, z)[0] + jacobian.T @ ca.diag(sigma) @ jacobian
         result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
     elif kind == "jacobian":
         result = ca.vec(ca.densify(ca.jacobian(out, z)).T)
@@ -138,7 +148,20 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
             inputs.append(sigma)
     else:
         inputs, outputs = [z, data, mu], [result]
-    return ca.Function("kernel", inputs, ca.cse([ca.densify(o) for o in outputs]))
+    outputs = [ca.densify(o) for o in outputs]
+    plain = ca.Function("kernel", inputs, outputs)
+    return plain if plain.n_instructions() > LONG else ca.Function("kernel", inputs, ca.cse(outputs))
+
+
+def _slopes_and_curvature(out: ca.SX, mu: ca.SX, z: ca.SX, data: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """∂out/∂z and ∂²(muᵀ out)/∂z²."""
+    found = ca.jacobian(out, z), ca.hessian(ca.dot(mu, out), z)[0]
+    if ca.Function("both", [z, data, mu], found).n_instructions() <= LONG:
+        return found
+    # The tangents of `out` are part of those of its gradient: one sweep says them once.
+    out, gradient = ca.cse([out, ca.gradient(ca.dot(mu, out), z)])
+    both = ca.jacobian(ca.vertcat(out, gradient), z)
+    return both[: out.numel(), :], both[out.numel() :, :]
 
 
 def _by_blocks(hessian: ca.SX, channels: int) -> ca.SX:

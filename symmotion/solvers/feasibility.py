@@ -40,6 +40,7 @@ def find_feasible(frame: Frame, x: np.ndarray) -> Found:
     """
     evaluator, penalty, damping = frame.evaluator, 0.0, DAMPING
     values, violation = frame.values(x), evaluator.violation(x)
+    forces = np.zeros_like(violation)
     for _ in range(STEPS):
         outside, system = frame.outside(values), frame.system(x)
         missed = max(largest(outside), largest(violation))
@@ -48,12 +49,14 @@ def find_feasible(frame: Frame, x: np.ndarray) -> Found:
         if frame.journal.ending() is not None:
             return Found(x, False)
         gradient = frame.pull(x, outside)
-        factor = _factor(frame, system, x, outside, damping)
+        factor = _factor(frame, system, x, outside, forces, damping)
         if factor is None:
             return Found(x, False)
         step, equalities = frame.step(system, factor, gradient, violation)
         value, slope = 0.5 * float(outside @ outside), float(gradient @ step)
         off = float(np.abs(violation).sum())
+        if equalities is not None:
+            penalty = max(penalty, 1.5 * largest(equalities))
         if off > 0.0:
             penalty = max(penalty, 2.0 * slope / off)
         merit = value + penalty * off
@@ -61,10 +64,18 @@ def find_feasible(frame: Frame, x: np.ndarray) -> Found:
             if equalities is None:
                 equalities = system.multipliers(gradient)
             return Found(x, False, _conflict(frame, x, outside, equalities), _convex(frame, x, outside))
+        if equalities is not None:
+            forces = equalities
         length = 1.0
         while True:
             fresh = x + length * step
             values, violation = frame.values(fresh), evaluator.violation(fresh)
+            if length == 1.0 and equalities is not None:
+                # What the equalities' curvature leaves, through the same factor.
+                corrected = fresh + frame.step(system, factor, np.zeros_like(x), violation)[0]
+                closer = frame.values(corrected), evaluator.violation(corrected)
+                if largest(closer[1]) < largest(violation):
+                    fresh, (values, violation) = corrected, closer
             outside = frame.outside(values)
             now = 0.5 * float(outside @ outside) + penalty * float(np.abs(violation).sum())
             if now <= merit + 1e-4 * length * min(slope - penalty * off, 0.0):
@@ -77,12 +88,16 @@ def find_feasible(frame: Frame, x: np.ndarray) -> Found:
     return Found(x, False)
 
 
-def _factor(frame: Frame, system: AnySystem, x: np.ndarray, outside: np.ndarray, damping: float) -> AnyFactor | None:
-    """Of the Hessian of the squares, with the curvature of the bounds where that is positive definite, else without."""
+def _factor(
+    frame: Frame, system: AnySystem, x: np.ndarray, outside: np.ndarray, forces: np.ndarray, damping: float
+) -> AnyFactor | None:
+    """Of the Hessian of the squares, with the conditions' curvature where that is positive definite, else without."""
     broken = (outside != 0).astype(float)
     identity = system.on_diagonal(frame.unit) ** -2.0
     for theta in (1.0, 0.0):
         matrix = frame.stiffened(system, x, outside, broken, theta)
+        if theta and frame.curved:
+            matrix += frame.second_order(system, x, forces)[1] - frame.second_order(system, x, 0.0 * forces)[1]
         if not np.isfinite(matrix).all():
             return None
         matrix[system.diagonal] += damping * frame.size(system, matrix) * identity

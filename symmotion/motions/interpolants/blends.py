@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg as la
 
+from symmotion.brief import in_a_line
 from symmotion.checks import choice, numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
@@ -226,6 +227,8 @@ class Steady:
     matrices: np.ndarray
     logs: np.ndarray
 
+    __repr__ = in_a_line
+
     def __post_init__(self):
         for name in ("times", "matrices", "logs"):
             object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
@@ -251,6 +254,8 @@ class Exponential:
 
     generator: Spline
 
+    __repr__ = in_a_line
+
     def since(self, begin: float) -> "Exponential":
         """The same with times counted from a beginning."""
         return Exponential(self.generator.about(begin).relative)
@@ -266,6 +271,8 @@ class PlanarTurns:
 
     angle: Spline
 
+    __repr__ = in_a_line
+
     def since(self, begin: float) -> "PlanarTurns":
         """The same with times counted from a beginning."""
         return PlanarTurns(self.angle.about(begin).relative)
@@ -280,6 +287,8 @@ class SpatialTurns:
 
     times: np.ndarray
     rotations: np.ndarray
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         for name in ("times", "rotations"):
@@ -318,14 +327,12 @@ class Polar:
     sizes: Spline
     path: Spline
 
+    __repr__ = in_a_line
+
     def since(self, begin: float) -> "Polar":
         """The same with times counted from a beginning."""
-        return Polar(
-            *(
-                part.about(begin).relative if isinstance(part, Spline) else part.since(begin)
-                for part in (self.turning, self.sizes, self.path)
-            )
-        )
+        sizes, path = (part.about(begin).relative for part in (self.sizes, self.path))
+        return Polar(self.turning.since(begin), sizes, path)
 
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         linear = _product(self.turning(t, order), _of_spline(self.sizes, t, order))
