@@ -14,6 +14,7 @@ from symmotion.jets.rigid import rigid_jet
 from symmotion.jets.seen import SeenSampled, Timed
 from symmotion.kernels.mapped import Mapped
 from symmotion.motions import AffineMotion, PoseMotion
+from symmotion.motions.interpolants.blends import Interpolant
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.program import QUADRATURE, BlockEvaluator
 from symmotion.splines import Integral, Spline, integrate
@@ -69,6 +70,9 @@ def integrand(motion: Timed, energy: Energy, marks: np.ndarray | None = None) ->
         density = linear_density(energy, space, controls)
         return Integrand(energy, density, basis.relative.breakpoints, basis.degree, basis.origin)
     assert marks is not None
+    if isinstance(motion, Interpolant):
+        begin = motion.domain[0]
+        return Integrand(energy, _sampled(motion.relative, energy, begin), marks - begin, origin=begin)
     return Integrand(energy, _sampled(motion, energy), marks)
 
 
@@ -114,12 +118,19 @@ def _rigid(motion: QuaternionMotion | PoseMotion, energy: Energy) -> Density:
     return density
 
 
-def _sampled(motion: Timed, energy: Energy) -> Density:
+def _sampled(motion: Timed, energy: Energy, origin: float = 0.0) -> Density:
+    """The integrand along a motion that is called; origin: from which its times count."""
     there = SeenSampled(motion)
     jet = there.symbols()
     function = ca.Function("integrand", [jet.entries], [ca.densify(density_of(energy, jet))])
     needed = function.jac_sparsity(0, 0).get_col()
-    return lambda times: _at(function, there.numbers(times, needed))
+
+    def density(times: np.ndarray) -> np.ndarray:
+        numbers = there.numbers(times, needed)
+        numbers[:, -1] += origin
+        return _at(function, numbers)
+
+    return density
 
 
 def _at(function: ca.Function, *inputs: np.ndarray | None) -> np.ndarray:

@@ -139,9 +139,13 @@ def _at(name: str, rows: sparse.csr_array, target: np.ndarray, channels: int) ->
 
 
 def keyframe_constraints(
-    keyframes: Sequence[Held], active: Sequence[int], channels: int
+    keyframes: Sequence[Held], active: Sequence[int], shift: np.ndarray
 ) -> tuple[list[Constraint], KeyframePlaces]:
-    """The keyframes' equations Σ form (combos x) = target, a block of all that read and ask as much as each other."""
+    """The keyframes' equations Σ form (combos x) = target, a block of all that read and ask as much as each other.
+
+    shift: (C,) what was subtracted from each control.
+    """
+    channels = len(shift)
     groups: dict[tuple[int, int], list[int]] = {}
     for i in active:
         groups.setdefault(keyframes[i].form.shape[:2], []).append(i)
@@ -154,12 +158,17 @@ def keyframe_constraints(
         form = ca.reshape(data[: e * k * channels], k * channels, e)
         kernel = Kernel(z, data, ca.mtimes(form.T, z) - data[e * k * channels :], channels)
         rows = sparse.csr_array(sparse.vstack([keyframes[i].combos for i in members]))
-        table = np.stack([np.concatenate([keyframes[i].form.ravel(), keyframes[i].target]) for i in members])
+        table = np.stack([np.concatenate([keyframes[i].form.ravel(), _from(keyframes[i], shift)]) for i in members])
         block = Block(name, kernel, UNKNOWN, slice(0, channels), rows, 1, np.ones(len(members)), table)
         found.append(Constraint.equality(block))
         for row, i in enumerate(members):
             places[i] = KeyframePlace(name, row, keyframes[i].covector)
     return found, tuple(places)
+
+
+def _from(keyframe: Held, shift: np.ndarray) -> np.ndarray:
+    """(e,) the target of a keyframe's equations for controls from which a shift (C,) was subtracted."""
+    return keyframe.target - np.einsum("ekc,k,c->e", keyframe.form, keyframe.combos.sum(axis=1), shift)
 
 
 def on_displacements(covectors: Sequence[np.ndarray | None], multipliers: Sequence[np.ndarray | None]) -> np.ndarray:

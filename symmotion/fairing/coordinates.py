@@ -15,7 +15,7 @@ from symmotion.motions.pose import PoseMotion
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.motions.rational import RationalMotion
 from symmotion.motions.two_parameter import TwoParameterMotion
-from symmotion.splines import BSplineBasis, Spline, unified
+from symmotion.splines import BSplineBasis, Spline, amid, unified
 
 Rational = TwoParameterMotion | RationalMotion
 Fairable = Rational | QuaternionMotion | PoseMotion
@@ -101,6 +101,18 @@ class Coordinates:
     def channels(self) -> int:
         """C, how many coordinates a control has."""
         return sum({"real": 4, "dual": 4, "translation": 3}[part] for part in self.parts.split("+"))
+
+    @property
+    def lengths(self) -> slice:
+        """Which coordinates are lengths, of which the real part has none."""
+        return slice(4 if self.parts.startswith("real") else 0, self.channels)
+
+    def shift(self, net: np.ndarray) -> np.ndarray:
+        """(C,) a point amid translations (n, m, C) that are far from zero: jumps and moves do not see it."""
+        found = np.zeros(self.channels)
+        if self.parts.endswith("translation"):
+            found[-3:] = amid(net[..., -3:].reshape(-1, 3))
+        return found
 
     @property
     def net(self) -> np.ndarray:

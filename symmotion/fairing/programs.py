@@ -45,7 +45,8 @@ JUMPS = ("uuu", "vvv")
 class FairingDesign:
     """How the unknowns of a fairing program read as a motion: they are some controls of a net, the others stay.
 
-    start: (n, m, C) the net; controls: (P,) the unknowns' places in it, counted row by row.
+    start: (n, m, C) the net; controls: (P,) the unknowns' places in it, counted row by row; shift: (C,) what is
+    subtracted from each.
     keyframes: which rows of which constraints each of them is, and the equations of its displacement.
     """
 
@@ -53,11 +54,12 @@ class FairingDesign:
     start: np.ndarray
     controls: np.ndarray
     keyframes: KeyframePlaces = ()
+    shift: np.ndarray | float = 0.0
 
     def net(self, unknowns: Mapping[str, np.ndarray]) -> np.ndarray:
         """(n, m, C) the net with the unknowns in it."""
         net = self.start.copy()
-        net.reshape(-1, net.shape[-1])[self.controls] = unknowns[UNKNOWN]
+        net.reshape(-1, net.shape[-1])[self.controls] = unknowns[UNKNOWN] + self.shift
         return net
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> Fairable:
@@ -70,7 +72,7 @@ class FairingDesign:
         net = replace(self.coordinates, motion=motion).net
         if net.shape != self.start.shape:
             raise InputError(f"a start with a net of shape {net.shape}: {self.start.shape} is needed")
-        return {UNKNOWN: net.reshape(-1, net.shape[-1])[self.controls]}
+        return {UNKNOWN: net.reshape(-1, net.shape[-1])[self.controls] - self.shift}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint, one row per jump or control; "keyframes": (M, d), on their displacements."""
@@ -214,25 +216,27 @@ def fairing_program(
     problem = LeastSquares(jumps, net, freedom, given_keys, form)
     checks.not_negative(weight, "weight")
     n, m, channels = net.shape
-    start = problem.start.reshape(-1, channels)
+    shift = coordinates.shift(net)
+    near, start = net - shift, (problem.start - shift).reshape(-1, channels)
     free = np.flatnonzero(freedom.free)
     terms = [fairness_block(jumps, channels)]
     if weight:
         # Of the controls that stay too, where it adds nothing but keeps the Hessian regular.
-        terms.append(closeness_block(net, np.arange(n * m), weight, form))
+        terms.append(closeness_block(near, np.arange(n * m), weight, form))
     fixed = np.flatnonzero(~freedom.free)
     given = [fixed_constraint(start, fixed)] if len(fixed) else []
     given += border_constraints(freedom, start)
-    blocks, places = keyframe_constraints(given_keys, problem.active, channels)
+    blocks, places = keyframe_constraints(given_keys, problem.active, shift)
     given += blocks
     if tolerance is not None:
         limit = tolerances(tolerance, (n, m)).ravel()[free]
         if not (limit > 0).all():
             raise InputError("tolerance 0: bounds must leave room; exclude controls by the region instead")
-        given.append(bounds_constraint(net, free, limit, form))
-    design = FairingDesign(coordinates, net, np.arange(n * m), places)
-    setting = Setting((NetSpace(coordinates.bases, channels),), np.empty(0))
-    program = assembled({UNKNOWN: start.copy()}, terms, given, asked, setting, design)
+        given.append(bounds_constraint(near, free, limit, form))
+    design = FairingDesign(coordinates, net, np.arange(n * m), places, shift)
+    setting = Setting((NetSpace(coordinates.bases, channels, shift=shift),), np.empty(0))
+    lengths, shifts = {UNKNOWN: coordinates.lengths}, {UNKNOWN: shift}
+    program = assembled({UNKNOWN: start.copy()}, terms, given, asked, setting, design, lengths, shifts)
     return replace(program, build_seconds=perf_counter() - began)
 
 

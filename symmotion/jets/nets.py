@@ -19,12 +19,14 @@ from symmotion.splines.instants import unified
 class NetSpace:
     """A tensor-product net of coordinates over bases u and v (or u alone), as jets at parameter pairs. A `JetSpace`.
 
-    Its controls are those of the net row by row; `times` are the pairs (u, v).
+    Its controls are those of the net row by row; `times` are the pairs (u, v). shift: (channels,) what was subtracted
+    from each of them, None for nothing.
     """
 
     bases: tuple[BSplineBasis, ...]
     channels: int
     variable: str = UNKNOWN
+    shift: np.ndarray | None = None
 
     @property
     def n(self) -> int:
@@ -39,10 +41,13 @@ class NetSpace:
         return self.bases[0].breakpoints
 
     def jet(self, slot: int = 0) -> NetJet:
-        return net_jet(_net_symbols(self.channels), self.channels, len(self.bases))
+        if self.shift is None or not self.shift.any():
+            return self.symbols(slot)
+        symbols, c = _net_symbols(self.channels), self.channels
+        return net_jet(ca.vertcat(symbols[:c] + ca.DM(self.shift), symbols[c:]), c, len(self.bases))
 
     def symbols(self, slot: int = 0) -> NetJet:
-        return self.jet(slot)
+        return net_jet(_net_symbols(self.channels), self.channels, len(self.bases))
 
     def _orders(self, out: ca.SX) -> list[int]:
         symbols, c = _net_symbols(self.channels), self.channels

@@ -91,14 +91,17 @@ class Elimination:
         self, x: np.ndarray, evaluator: Evaluator, system: Condensed, journal: Journal
     ) -> tuple[np.ndarray, np.ndarray, Failure | None]:
         """Newton from x: where it ended, the multipliers there, and what went wrong."""
-        first, enough = evaluator.objective(x), Enough(self.tolerance, evaluator)
+        most, enough = 0.0, Enough(self.tolerance, evaluator)
         while True:
             objective = evaluator.objective(x)
             gradient, matrix = evaluator.second_order(x, system.pattern)
             multipliers, reduced = system.multipliers(gradient), system.reduced(gradient)
             row = Iteration(objective, largest(reduced), largest(evaluator.violation(x)))
             failure, step = None, None
-            if not np.isfinite(objective) or objective > BLOW_UP * max(first, 1.0):
+            if not most:
+                unit = system.on_diagonal(evaluator.program.unit)
+                most = BLOW_UP * max(abs(objective), largest(matrix[system.diagonal] * unit**2))
+            if not np.isfinite(objective) or objective > most:
                 failure = Status.DIVERGED, f"the objective grew to {objective:.2g}"
             else:
                 try:

@@ -159,11 +159,11 @@ class Interior:
         ]
         s = np.clip(self._values, frame.lower + margins[0], frame.upper - margins[1])
         slacks = Slacks(s - frame.lower, frame.upper - s, np.zeros_like(s), np.zeros_like(s))
-        barrier = 1 / slacks.below - 1 / slacks.above
-        force, gradient = (
-            float(np.linalg.norm(self.system.reduced(g))) for g in (frame.pull(x, barrier), self.evaluator.gradient(x))
-        )
-        mu = PULL * gradient / force if gradient and force else 1.0
+        barrier, descent = 1 / slacks.below - 1 / slacks.above, self.evaluator.gradient(x)
+        force, gradient = (float(np.linalg.norm(self.system.reduced(g))) for g in (frame.pull(x, barrier), descent))
+        # In the unit of the objective where the barrier does not pull, in the middle between bounds say.
+        own = largest(frame.unit * descent) or abs(self._objective) or 1.0
+        mu = PULL * gradient / force if gradient and force else own
         return replace(slacks, down=mu / slacks.above, up=mu / slacks.below)
 
     @property

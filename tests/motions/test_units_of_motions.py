@@ -1,12 +1,15 @@
 """Interpolation and the classical interpolants in other units of time and length, from other origins."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
 import symmotion as sm
 from studies.affine.invariance_of_units import UNITS, Units, keyframes
 
-CLASSICAL = {
+CLASSICAL: dict[str, Callable[[sm.Keyframes], Any]] = {
     "component cubic": sm.interpolants.component_cubic,
     "polar, spline": sm.interpolants.polar_blend,
     "polar, slerp": lambda keys: sm.interpolants.polar_blend(keys, "slerp"),
@@ -56,3 +59,34 @@ def test_turns(name, units, seed):
     t, s = _times(units, seen, plain)
     assert new(t) == pytest.approx(old(s), abs=1e-9)
     assert units.a * new(t, 1) == pytest.approx(old(s, 1), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", CLASSICAL)
+def test_measures_of_classical_interpolants(name):
+    """At nodes that count from the beginning, so that times far from zero cost no digits."""
+    for units in (UNITS[2], Units("far, for translations", a=1e-9, b=-1e9), Units("nm", a=1e9, k=1e9)):
+        seen, plain, _ = units.of(keyframes(1, rigid=False))
+        new, old = CLASSICAL[name](seen), CLASSICAL[name](plain)
+        for energy, power, length in (
+            (sm.Rigidity(), -1, 0),
+            (sm.StrainAcceleration(), -3, 0),
+            (sm.TrajectoryEnergy(units.k * np.eye(3)), -3, 2),
+        ):
+            wanted = sm.measure(old, energy if not length else sm.TrajectoryEnergy(np.eye(3)))
+            found = sm.measure(new, energy)
+            scale = units.a**power * units.k**length
+            assert found == pytest.approx(scale * wanted, rel=1e-9), units
+            assert found.error <= 1e-9 * found
+
+
+@pytest.mark.parametrize("name", [name for name in CLASSICAL if name != "component cubic"])
+def test_a_blend_counted_from_its_beginning_is_the_same(name):
+    keys = keyframes(2, rigid=False)
+    steps = np.round(2.0**20 * (keys.times - keys.times[0])) / 2.0**20
+    motion = CLASSICAL[name](keys.with_times(2.0**20 + steps)).relative
+    assert motion.domain == (0.0, steps[-1])
+    assert motion.relative is motion
+    t = np.linspace(0.0, steps[-1], 17)
+    wanted, found = CLASSICAL[name](keys.with_times(steps))(t, 1), motion(t, 1)
+    assert found.linear == pytest.approx(wanted.linear, abs=1e-12)
+    assert found.translation == pytest.approx(wanted.translation, abs=1e-12)

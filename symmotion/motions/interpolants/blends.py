@@ -6,6 +6,7 @@ exponential. At a keyframe derivatives are those of the segment that begins ther
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from math import factorial
 from typing import TYPE_CHECKING, Literal
@@ -91,6 +92,15 @@ class Interpolant:
         t = np.clip(t, a, b)
         moved = factorial(nu) * self.series(t.ravel(), nu)[nu].reshape(*t.shape, d + 1, d + 1)
         return Affine(moved[..., :d, :d], moved[..., :d, d])
+
+    @property
+    def relative(self) -> "Interpolant":
+        """The same motion with its time counted from its beginning, where times have all their digits."""
+        begin = self.domain[0]
+        if begin == 0.0 or not isinstance(self.series, BLENDS):
+            return self
+        keys = self.keyframes
+        return replace(self, keyframes=keys.with_times(keys.times - begin), series=self.series.since(begin))
 
     matrix = matrix
     trajectory = trajectory
@@ -223,6 +233,10 @@ class Steady:
         for name in ("times", "matrices", "logs"):
             object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
 
+    def since(self, begin: float) -> "Steady":
+        """The same with times counted from a beginning."""
+        return replace(self, times=self.times - begin)
+
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         i = _segment(self.times, t)
         step = np.diff(self.times)[i]
@@ -242,6 +256,10 @@ class Exponential:
 
     __repr__ = in_a_line
 
+    def since(self, begin: float) -> "Exponential":
+        """The same with times counted from a beginning."""
+        return Exponential(self.generator.about(begin).relative)
+
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         unit = _unit(self.generator.control_points)
         return unit * _exponential(_of_spline(self.generator, t, order) / unit)
@@ -254,6 +272,10 @@ class PlanarTurns:
     angle: Spline
 
     __repr__ = in_a_line
+
+    def since(self, begin: float) -> "PlanarTurns":
+        """The same with times counted from a beginning."""
+        return PlanarTurns(self.angle.about(begin).relative)
 
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         return _exponential(_of_spline(self.angle, t, order)[..., None, None] * TURN_2D)
@@ -271,6 +293,10 @@ class SpatialTurns:
     def __post_init__(self):
         for name in ("times", "rotations"):
             object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
+
+    def since(self, begin: float) -> "SpatialTurns":
+        """The same with times counted from a beginning."""
+        return replace(self, times=self.times - begin)
 
     @cached_property
     def _scipy(self) -> "RotationSpline":
@@ -303,9 +329,17 @@ class Polar:
 
     __repr__ = in_a_line
 
+    def since(self, begin: float) -> "Polar":
+        """The same with times counted from a beginning."""
+        sizes, path = (part.about(begin).relative for part in (self.sizes, self.path))
+        return Polar(self.turning.since(begin), sizes, path)
+
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         linear = _product(self.turning(t, order), _of_spline(self.sizes, t, order))
         return _homogeneous(linear, _of_spline(self.path, t, order))
+
+
+BLENDS = (Steady, Exponential, Polar)
 
 
 def _planar_turns(times: np.ndarray, turns: np.ndarray, rotation: str) -> PlanarTurns:
