@@ -4,6 +4,7 @@ import argparse
 import pkgutil
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
@@ -56,6 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         require_writable(options.output)
         records = run_all(chosen, StudyOptions(options.full, options.data), options.jobs, options.scheduler)
         form = "long" if options.full else "quick"
+        # Read by subject, whatever the order they ran in.
+        records.sort(key=lambda r: studies.SUBJECTS.index(r.subject) if r.subject in studies.SUBJECTS else 99)
         page = write_report(records, options.output, "symmotion: studies", f"The studies in their {form} form.")
     except sm.InputError as error:
         print(f"{PROGRAM}: {error}", file=sys.stderr)
@@ -90,12 +93,13 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def discover() -> list[Study]:
-    """The STUDY of every module under this folder that has one, in the order they run."""
+    """The STUDY of every module under this folder that has one, its folder as subject, in the order they run."""
     # A package's __main__ is a program, which runs where it is imported.
     modules = pkgutil.walk_packages(studies.__path__, "studies.")
     names = [m.name for m in modules if not m.name.endswith(".__main__")]
-    found = [getattr(import_module(name), "STUDY", None) for name in names]
-    return sorted((s for s in found if isinstance(s, Study)), key=lambda s: (s.order, s.name))
+    found = [(name.split(".")[1], getattr(import_module(name), "STUDY", None)) for name in names]
+    named = (replace(s, subject=subject) for subject, s in found if isinstance(s, Study))
+    return sorted(named, key=lambda s: (s.order, s.name))
 
 
 def choose(found: Sequence[Study], names: Sequence[str]) -> list[Study]:

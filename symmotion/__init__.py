@@ -46,6 +46,7 @@ from symmotion.fairing import fair
 from symmotion.files import read_keyframes, write_keyframes, write_motion
 from symmotion.loading import load
 from symmotion.motions import Affine, AffineMotion, Keyframes, examples, interpolants, quaternions
+from symmotion.renamed import moved
 from symmotion.smoothing import smooth
 from symmotion.solvers import Elimination, ExactNewton, Ipopt, Solution, compare
 from symmotion.systems import certify
@@ -59,84 +60,39 @@ LATE = ("report", "views")
 
 # The names that 0.1.0 had at the top level, and where they are.
 MOVED = {
-    "AngularRate": "constraints",
-    "BSplineBasis": "splines",
-    "Certificate": "systems",
-    "CharacteristicCurve": "sweeps",
-    "Comparison": "solvers",
-    "CurveCondition": "constraints",
-    "DualQuaternions": "motions",
-    "Energy": "energies",
-    "Failed": "batches",
-    "FairingResult": "fairing",
-    "Jet": "jets",
-    "Mesh": "bodies",
-    "MovingEllipsoid": "sweeps",
-    "NoInversion": "constraints",
-    "OnLine": "constraints",
-    "Periodic": "constraints",
-    "PoseMotion": "motions",
-    "Program": "program",
-    "QuaternionMotion": "quaternions",
-    "RationalMotion": "motions",
-    "RationalQuadratic": "curves",
-    "ResultsFile": "batches",
-    "Retimed": "curves",
-    "Skeleton": "files",
-    "Spline": "splines",
-    "Status": "solvers",
-    "SweepSurface": "sweeps",
-    "SweptVolume": "sweeps",
-    "SymbolicSpline": "curves",
-    "Tally": "batches",
-    "TwoParameterMotion": "motions",
-    "UnitVolume": "constraints",
-    "Velocity": "constraints",
-    "WrittenMotion": "files",
-    "arc_length": "curves",
-    "auto_knots": "answers",
-    "auxiliary_keyframes": "answers",
-    "bernstein": "curves",
-    "bezier": "curves",
-    "catmull_rom": "curves",
-    "characteristic_curves": "sweeps",
-    "component_cubic": "interpolants",
-    "constant_speed": "curves",
-    "copy_deviations": "motions",
-    "cubic_interpolant": "splines",
-    "de_casteljau": "curves",
-    "hermite_spline": "curves",
-    "interpolate_quaternions": "quaternions",
-    "joint_trajectories": "files",
-    "keyframe_prices": "answers",
-    "keyframes_from_copies": "motions",
-    "kochanek_bartels": "curves",
-    "least_squares": "splines",
-    "log_blend": "interpolants",
-    "orthonormalise": "motions",
-    "polar_blend": "interpolants",
-    "polynomial_segment": "curves",
-    "read_bvh": "files",
-    "read_gltf_keyframes": "files",
-    "read_motion": "files",
-    "read_two_parameter": "files",
-    "shoemake_bezier": "interpolants",
-    "shoemake_interpolant": "interpolants",
-    "slerp": "interpolants",
-    "slerp_curve": "interpolants",
-    "slow_in_out": "curves",
-    "solve_each": "batches",
-    "speed": "curves",
-    "squad": "interpolants",
-    "steady_morph": "interpolants",
-    "sweep_surface": "sweeps",
-    "swept_volume": "sweeps",
-    "symbolic_basis": "curves",
-    "write_animation": "views",
-    "write_gltf": "files",
-    "write_mesh": "files",
-    "write_two_parameter": "files",
-    "write_usd": "files",
+    "answers": "auto_knots auxiliary_keyframes keyframe_prices",
+    "batches": "Failed ResultsFile Tally solve_each",
+    "bodies": "Mesh",
+    "constraints": "AngularRate CurveCondition NoInversion OnLine Periodic UnitVolume Velocity",
+    "curves": """
+        RationalQuadratic Retimed SymbolicSpline arc_length bernstein bezier catmull_rom constant_speed
+        de_casteljau hermite_spline kochanek_bartels polynomial_segment slow_in_out speed symbolic_basis
+    """,
+    "energies": "Energy",
+    "fairing": "FairingResult",
+    "files": """
+        Skeleton WrittenMotion joint_trajectories read_bvh read_gltf_keyframes read_motion
+        read_two_parameter write_gltf write_mesh write_two_parameter write_usd
+    """,
+    "interpolants": """
+        component_cubic log_blend polar_blend shoemake_bezier shoemake_interpolant slerp slerp_curve squad
+        steady_morph
+    """,
+    "jets": "Jet",
+    "motions": """
+        DualQuaternions PoseMotion RationalMotion TwoParameterMotion copy_deviations keyframes_from_copies
+        orthonormalise
+    """,
+    "program": "Program",
+    "quaternions": "QuaternionMotion interpolate_quaternions",
+    "solvers": "Comparison Status",
+    "splines": "BSplineBasis Spline cubic_interpolant least_squares",
+    "sweeps": """
+        CharacteristicCurve MovingEllipsoid SweepSurface SweptVolume characteristic_curves sweep_surface
+        swept_volume
+    """,
+    "systems": "Certificate",
+    "views": "write_animation",
 }
 GONE = {
     "Limits": "constraints=[RateBound(…), AccelerationBound(…), TorqueBound(…)]",
@@ -147,11 +103,7 @@ GONE = {
 def __getattr__(name: str) -> object:
     if name in LATE:
         return import_module(f"symmotion.{name}")
-    if name in MOVED:
-        raise AttributeError(f"sm.{name} is sm.{MOVED[name]}.{name} from 0.2.0 on")
-    if name in GONE:
-        raise AttributeError(f"sm.{name} is {GONE[name]} from 0.2.0 on")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return moved(__name__, MOVED, GONE)(name)
 
 
 def __dir__() -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any, TypeGuard, TypeVar
 import numpy as np
 
 from symmotion.errors import InputError
+from symmotion.values import fixed
 
 Kind = TypeVar("Kind")
 # Whole numbers that the libraries behind take.
@@ -115,6 +116,11 @@ def numbers(value: object, what: str) -> np.ndarray:
 def floats(value: object, what: str) -> np.ndarray:
     """As `numbers`, but an array of floats itself: for what is read and not kept."""
     return value if type(value) is np.ndarray and value.dtype == np.float64 else numbers(value, what)
+
+
+def held(value: object, what: str) -> np.ndarray:
+    """As `numbers`, but an array of floats itself that nobody can write to: for what refuses writes from then on."""
+    return value if type(value) is np.ndarray and value.dtype == np.float64 and fixed(value) else numbers(value, what)
 
 
 def index(value: object, count: int, what: str) -> int:

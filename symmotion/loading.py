@@ -1,6 +1,5 @@
 """Motions and curves out of JSON: the half that reads what `save` wrote, by one table of what there is."""
 
-import json
 import os
 from collections.abc import Mapping
 from typing import TypeAlias
@@ -8,6 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from symmotion.curves import ArcParameter, RationalQuadratic, Retimed
+from symmotion.documents import read_document
 from symmotion.errors import InputError
 from symmotion.motions import AffineMotion, CurveMotion, Keyframes, PoseMotion, RationalMotion, TwoParameterMotion
 from symmotion.motions.interpolants.blends import Exponential, Interpolant, PlanarTurns, Polar, SpatialTurns, Steady
@@ -84,7 +84,8 @@ def load(path: str | os.PathLike[str]) -> Saved:
     `write_two_parameter` is too, and what these wrote in 0.1.0. Nothing in a file is executed.
     Raises InputError that names the file and the entry at fault.
     """
-    document = _document(path)
+    with readable(path, binary=True) as handle:
+        document = read_document(path, handle.read(), whole=int)
     mark = {name: document.pop(name, None) for name in MARK}
     if mark != MARK:
         document = _older(path, mark, document)
@@ -92,20 +93,6 @@ def load(path: str | os.PathLike[str]) -> Saved:
     if not isinstance(made, Saved):
         raise InputError(f"{path}: {type(made).__name__} is a part of motions and curves, and none itself")
     return made
-
-
-def _document(path: str | os.PathLike[str]) -> dict[str, object]:
-    """The JSON object in a file."""
-    try:
-        with readable(path) as handle:
-            document = json.load(handle)
-    except json.JSONDecodeError as error:
-        raise InputError(f"{path}, line {error.lineno}, column {error.colno}: {error.msg}") from None
-    except RecursionError:
-        raise InputError(f"{path}: its lists are nested too deeply") from None
-    if not isinstance(document, dict):
-        raise InputError(f"{path}: a JSON object, {{…}}, is needed")
-    return document
 
 
 def _older(path: object, mark: Mapping[str, object], entries: dict[str, object]) -> dict[str, object]:
@@ -152,7 +139,7 @@ def _made(entry: object, where: str, before: str) -> object:
 
 def _field(entry: object, kinds: tuple[type, ...], where: str) -> object:
     """An entry as one of the kinds that a field may be."""
-    if isinstance(entry, list) and np.ndarray in kinds:
+    if isinstance(entry, list | np.ndarray) and np.ndarray in kinds:
         return _array(entry, where)
     if isinstance(entry, dict):
         found = _made(entry, where, f"{where}.")
@@ -164,13 +151,13 @@ def _field(entry: object, kinds: tuple[type, ...], where: str) -> object:
     return found
 
 
-def _array(entry: list, where: str) -> np.ndarray:
+def _array(entry: list | np.ndarray, where: str) -> np.ndarray:
     try:
-        numbers = np.array(entry)
+        numbers = np.asarray(entry)
     except ValueError:  # lists of different lengths
         numbers = np.empty(0, dtype=object)
     if numbers.dtype.kind not in "fiu":
         raise InputError(f"{where}: numbers are needed, in lists of equal lengths")
     if not np.isfinite(numbers).all():
         raise InputError(f"{where}: a number is not finite")
-    return numbers.astype(float)
+    return numbers.astype(float, copy=False)

@@ -7,7 +7,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO, TextIOWrapper
-from typing import Any
+from typing import IO, TextIO
 
 from symmotion import checks
 from symmotion.errors import InputError
@@ -17,13 +17,9 @@ PACKED = b"\x1f\x8b"  # what gzip files begin with
 LARGEST = 512 * 2**20
 
 
-# Any: a handle of text or of bytes, as asked for.
 @contextmanager
-def readable(path: FilePath, binary: bool = False, encoding: str = "utf-8-sig", remedy: str = "") -> Iterator[Any]:
-    """A handle for reading text, or bytes, unpacked; what is wrong with the file as such becomes an InputError.
-
-    remedy: what else may be done about text of another encoding.
-    """
+def readable_bytes(path: FilePath) -> Iterator[IO[bytes]]:
+    """A handle for reading bytes, unpacked; what is wrong with the file as such becomes an InputError."""
     checks.file_path(path)
     try:
         status = os.stat(path)
@@ -38,22 +34,35 @@ def readable(path: FilePath, binary: bool = False, encoding: str = "utf-8-sig", 
         with open(path, "rb") as found:
             packed = found.read(2) == PACKED
             found.seek(0)
-            source = BytesIO(_unpacked(path, found)) if packed else found
-            if binary:
-                yield source
-                return
-            handle = TextIOWrapper(source, encoding=encoding)
-            yield handle
-            handle.detach()
+            yield BytesIO(_unpacked(path, found)) if packed else found
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}; check its name and permissions") from error
     except UnicodeError as error:
-        name = "UTF-8" if encoding == "utf-8-sig" else encoding
-        reason = error.reason if isinstance(error, UnicodeDecodeError) else error
-        raise InputError(f"{path}: is not {name} text ({reason}); save it as UTF-8{remedy}") from error
+        raise _no_text(path, "utf-8-sig", error) from error
 
 
-def _unpacked(path: FilePath, found: Any) -> bytes:
+@contextmanager
+def readable(path: FilePath, encoding: str = "utf-8-sig", remedy: str = "") -> Iterator[TextIO]:
+    """A handle for reading text of an encoding, as `readable_bytes`.
+
+    remedy: what else may be done about text of another encoding.
+    """
+    with readable_bytes(path) as source:
+        try:
+            handle = TextIOWrapper(source, encoding=encoding)
+            yield handle
+            handle.detach()
+        except UnicodeError as error:
+            raise _no_text(path, encoding, error, remedy) from error
+
+
+def _no_text(path: FilePath, encoding: str, error: UnicodeError, remedy: str = "") -> InputError:
+    name = "UTF-8" if encoding == "utf-8-sig" else encoding
+    reason = error.reason if isinstance(error, UnicodeDecodeError) else error
+    return InputError(f"{path}: is not {name} text ({reason}); save it as UTF-8{remedy}")
+
+
+def _unpacked(path: FilePath, found: IO[bytes]) -> bytes:
     """What a gzip file holds; InputError where it is too much or broken."""
     try:
         data = gzip.GzipFile(fileobj=found).read(LARGEST + 1)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from symmotion.motions.motion import Moving
     from symmotion.motions.quaternions import QuaternionMotion
     from symmotion.solvers import Comparison, Solution
+    from symmotion.views.solutions import Drawn
 
 
 def plot_positions(
@@ -114,7 +115,7 @@ def plot_fairing(
     return plot_fairing(self, axes, kind=kind)
 
 
-def as_html(self: object) -> str:
+def as_html(self: "Drawn") -> str:
     """Facts and a picture, for notebooks."""
     from symmotion.views.notebook import html_of
 

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 
 Cell = str | int | float | bool | None
+# A time is far from 0 where it is so many times as large as the span of all: seconds from 1970 are.
+FAR = 100.0
 MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times
 
 
@@ -18,6 +21,8 @@ class Column:
 
     name: str
     unit: str = ""
+
+    __repr__ = in_a_line
 
     @property
     def digits(self) -> int:
@@ -33,6 +38,9 @@ class Table:
     columns: tuple[Column, ...]
     rows: tuple[tuple[Cell, ...], ...]
     caption: str = ""
+
+    def __repr__(self) -> str:
+        return f"Table({self.name!r}, {len(self.rows)} rows of {', '.join(c.name for c in self.columns)})"
 
     def __post_init__(self):
         rows = tuple(tuple(c.item() if isinstance(c, np.generic) else c for c in row) for row in self.rows)
@@ -50,6 +58,11 @@ class Table:
         """Per column, whether it holds numbers only, missing ones aside."""
         cells = ([row[k] for row in self.rows if row[k] is not None] for k in range(len(self.columns)))
         return tuple(all(isinstance(c, int | float) and not isinstance(c, bool) for c in column) for column in cells)
+
+
+def start_of(times: np.ndarray) -> float:
+    """What times are told from: the first one where 0 is far away, as from recordings in seconds from 1970, else 0."""
+    return float(times[0]) if abs(times[0]) > FAR * abs(times[-1] - times[0]) > 0 else 0.0
 
 
 def shown(value: Cell, digits: int = 5) -> str:

@@ -43,20 +43,29 @@ def same(a: object, b: object) -> bool:
     return same_fields(a, b) if parameters is not None and parameters.eq else (a == b) is True
 
 
-# Any: contents of any kind.
-def settled(a: Any) -> Any:
+def fixed(a: np.ndarray) -> bool:
+    """Whether an array refuses writes, and so does all that it is a view of: no copy is needed to keep it as it is."""
+    part: object = a
+    while isinstance(part, np.ndarray):
+        if part.flags.writeable:
+            return False
+        part = part.base
+    return part is None
+
+
+def settled(a: object) -> object:
     """A content as frozen classes hold it: arrays as copies that refuse writes, lists of numbers as tuples."""
     if isinstance(a, np.ndarray):
-        if not a.flags.writeable and a.flags.owndata:
+        if fixed(a):
             return a
         copy = a.copy()
         copy.flags.writeable = False
         return copy
     if isinstance(a, tuple):
-        inside = [settled(x) for x in a]
-        return type(a)(*inside) if hasattr(a, "_fields") else tuple(inside)
-    numeric = isinstance(a, list) and bool(a) and all(isinstance(x, Real | np.ndarray | list | tuple) for x in a)
-    return settled(tuple(a)) if numeric else a
+        return getattr(a, "_make", tuple)(settled(x) for x in a)
+    if isinstance(a, list) and a and all(isinstance(x, Real | np.ndarray | list | tuple) for x in a):
+        return settled(tuple(a))
+    return a
 
 
 # Any: a dataclass, for which typing has no name.
@@ -70,10 +79,11 @@ def adopt(cls: Any, finish: Callable[[Any], None]) -> None:  # Any: methods are 
     """Makes a subclass that users write, a dataclass, keep what its base promises, however it is written.
 
     `finish` follows a `__post_init__` of its own, which may not call that of its base; and the == that `dataclass`
-    would make, which compares arrays in tuples, is the base's.
+    would make, which compares arrays in tuples, is the base's, as is how it reads.
     """
-    if "__eq__" not in cls.__dict__:
-        cls.__eq__ = cls.__eq__
+    for name in ("__eq__", "__repr__"):
+        if name not in cls.__dict__:
+            setattr(cls, name, getattr(cls, name))
     own = cls.__dict__.get("__post_init__")
     if own is None:
         return

@@ -30,7 +30,8 @@ def run_study(study: Study, options: StudyOptions) -> StudyRecord:
         error = _one_line(exception)
         # Bad input is the user's to mend: where in the code it was noticed does not help.
         trace = "" if isinstance(exception, sm.InputError) else traceback.format_exc()
-    return StudyRecord(study.name, study.question, study.source, perf_counter() - began, result, error, trace)
+    seconds = perf_counter() - began
+    return StudyRecord(study.name, study.question, study.source, seconds, result, error, trace, study.subject)
 
 
 def run_all(
@@ -104,7 +105,8 @@ def _record(future: Future, study: Study, seconds: float) -> StudyRecord:
     exception = future.exception()
     if exception is None:
         return future.result()
-    return StudyRecord(study.name, study.question, study.source, seconds, None, _one_line(exception))
+    error = _one_line(exception)
+    return StudyRecord(study.name, study.question, study.source, seconds, None, error, subject=study.subject)
 
 
 def _one_line(exception: BaseException) -> str:

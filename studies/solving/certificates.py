@@ -57,11 +57,11 @@ def bounded(seed: int) -> sm.program.Program:
 
 
 def linear_bound(seed: int) -> sm.program.Program:
-    """A plane that a coordinate of the path may not pass."""
+    """A plane that a coordinate of the path may not pass: behind all keyframes, halfway to where the path would go."""
     motion = sm.ExactNewton().solve(affine(seed)).motion
-    a, b = motion.domain
-    path = motion(np.linspace(a, b, 50)).translation[:, 0]
-    most = 0.5 * (path.max() + motion(motion.breakpoints[::2]).translation[:, 0].max())
+    highest, (a, b) = planar(seed).translation[:, 0].max(), motion.domain
+    path = motion(np.linspace(a, b, 2001)).translation[:, 0]
+    most = 0.5 * (max(path.max(), highest) + highest)
     wall = sm.JetConstraint(lambda jet: jet.v[0], lower=-np.inf, upper=float(most), name="wall")
     return affine(seed, constraints=[wall])
 

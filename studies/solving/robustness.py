@@ -1,11 +1,12 @@
 """Hard keyframes by the hundred: how surely does each solver end at a minimum, and how often at the best one?"""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, islice
 from statistics import median
 
 import numpy as np
+from scipy.stats import binomtest
 
 import symmotion as sm
 from studies.solving.hard_keyframes import KINDS, Problem, problem
@@ -227,20 +228,23 @@ def _shares(outcomes: list[Outcome], optima: dict[str, list[float]]) -> Figure:
 
 
 def _conclusion(outcomes: list[Outcome], optima: dict[str, list[float]], full: bool) -> str:
-    def share(method: str, test) -> float:
+    def share(method: str, test: Callable[[Outcome], bool]) -> str:
         mine = [o for o in outcomes if o.method == method]
-        return 100 * sum(test(o) for o in mine) / len(mine)
+        found = sum(map(test, mine))
+        interval = binomtest(found, len(mine)).proportion_ci(method="wilson")
+        return f"{100 * found / len(mine):.4g} % ({100 * interval.low:.3g} to {100 * interval.high:.3g})"
 
     lines = [
-        f"{method}: certified {share(method, lambda o: o.certified):.4g} %, best value known "
-        f"{share(method, lambda o: _best(o, optima)):.4g} %"
+        f"{method}: certified {share(method, lambda o: o.certified)}, best value known "
+        f"{share(method, lambda o: _best(o, optima))}"
         for method in _methods(outcomes)
     ]
     several = sum(len(v) > 1 for v in optima.values())
     seconds = {m: sum(o.seconds for o in outcomes if o.method == m) for m in _methods(outcomes)}
     failed = [o.case for o in outcomes if o.method == "newton" and not o.certified]
     text = (
-        f"Over {len(optima)} problems: {'; '.join(lines)}. All together took ExactNewton {seconds['newton']:.3g} s, "
+        f"Over {len(optima)} problems, with 95 % confidence in brackets: {'; '.join(lines)}. "
+        f"All together took ExactNewton {seconds['newton']:.3g} s, "
         f"Ipopt {seconds['ipopt']:.3g} s and the elimination {seconds['elimination']:.3g} s.\n\n"
         f"Local minima are the rule: {several} of {len(optima)} problems have more than one that was found"
         f"{', with further starts' if full else ''}. A certificate says that a point is a minimum, not that it is "

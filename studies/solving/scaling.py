@@ -19,7 +19,7 @@ from studies.solving.scaling_tables import (
     times_table,
     why_not,
 )
-from studies.solving.scaling_worker import ANGLE, SEED, Budget, Measurement, case, measure
+from studies.solving.scaling_worker import ANGLE, SEED, Budget, Measurement, Nursery, case, measure
 from symmotion.report import Run, Study, StudyOptions, StudyResult
 
 
@@ -51,9 +51,10 @@ def compare_scaling(extent: Extent, options: StudyOptions) -> StudyResult:
     methods = tuple(m for m in METHODS if m.name not in extent.left_out)
     measured: list[Measurement] = []
     load = load_note()
-    for method in methods:
-        sizes = extent.sizes + (extent.ours if method in OURS else ())
-        measured += _grow(method, sizes, extent.budget, options)
+    with Nursery() as nursery:
+        for method in methods:
+            sizes = extent.sizes + (extent.ours if method in OURS else ())
+            measured += _grow(method, sizes, extent.budget, options, nursery)
     options.progress("the machine's limit")
     machine = rates()
     limit, division = divide(sm.examples.random_keyframes(extent.profiled, ANGLE, SEED), machine)
@@ -69,7 +70,9 @@ def compare_scaling(extent: Extent, options: StudyOptions) -> StudyResult:
     return StudyResult(tables, figures, runs, _conclusion(measured, division), (_note(extent), load))
 
 
-def _grow(method: Method, sizes: Sequence[int], budget: Budget, options: StudyOptions) -> list[Measurement]:
+def _grow(
+    method: Method, sizes: Sequence[int], budget: Budget, options: StudyOptions, nursery: Nursery
+) -> list[Measurement]:
     """The measurements of one method up to the size at which it is stopped, or is bound to be."""
     found: list[Measurement] = []
     for size in sizes:
@@ -80,7 +83,7 @@ def _grow(method: Method, sizes: Sequence[int], budget: Budget, options: StudyOp
             row = Run.failed(case(size), method.name, repr(method.solver), "skipped", why)
             return [*found, Measurement(method.name, size, row, stopped=why)]
         options.progress(f"{method.name}, {size} keyframes")
-        found.append(measure(method.name, method.solver, size, budget))
+        found.append(measure(method.name, method.solver, size, budget, nursery))
         if found[-1].stopped:
             break
     return found

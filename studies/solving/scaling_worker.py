@@ -3,14 +3,18 @@
 import os
 import pickle
 import re
+import signal
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from statistics import median
 from tempfile import TemporaryDirectory
-from time import perf_counter, sleep
-from typing import Any
+from threading import Thread
+from time import perf_counter
+from typing import Any, NoReturn
 
 import symmotion as sm
 from studies.solving.scaling_alternatives import judge
@@ -22,7 +26,7 @@ LOOK = 0.02  # seconds between looks at a running process
 BRIEF, ENOUGH, REPEATS = 0.3, 0.1, 9
 ANGLE, SEED = 40, 0  # of the random keyframes
 # Not -m, under which the classes here would be others than those of this process.
-START = "import sys; from pathlib import Path; from studies.solving.scaling_worker import work; work(Path(sys.argv[1]))"
+START = "import sys; from studies.solving.scaling_worker import {0}; {0}(*sys.argv[1:])"
 
 
 @dataclass(frozen=True)
@@ -66,37 +70,117 @@ def case(keyframes: int) -> str:
     return f"R, {ANGLE}°, {keyframes} keyframes"
 
 
-def measure(method: str, solver: Any, keyframes: int, budget: Budget) -> Measurement:
+class Nursery:
+    """A process that has done the imports and nothing else, and starts others, one at a time, from there."""
+
+    def __init__(self):
+        # Not multiprocessing: a study may itself run in a worker that is not allowed children of that kind.
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", START.format("serve")],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )
+        self._said: SimpleQueue[int | None] = SimpleQueue()
+        Thread(target=self._listen, daemon=True).start()
+        self._running: int | None = None
+
+    def __enter__(self) -> "Nursery":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.kill()
+        self._process.kill()
+        self._process.communicate()
+
+    def start(self, directory: str) -> int:
+        """The number of a new process that runs `work` on a directory."""
+        assert self._process.stdin is not None
+        print(directory, file=self._process.stdin, flush=True)
+        self._running = self._heard(None)
+        return self._running
+
+    def ended(self, seconds: float) -> int | None:
+        """The exit code of the process that was started last, if it ends within some seconds."""
+        try:
+            code = self._heard(seconds)
+        except Empty:
+            return None
+        self._running = None
+        return code
+
+    def kill(self) -> None:
+        """End the process that was started last, if it has not ended."""
+        if self._running is not None:
+            with suppress(ProcessLookupError):  # it has ended by itself just now
+                os.kill(self._running, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
+            self._running = None
+            self._heard(None)
+
+    def _heard(self, seconds: float | None) -> int:
+        number = self._said.get(timeout=seconds)
+        if number is None:
+            self._said.put(None)
+            raise RuntimeError("the process that starts others has ended")
+        return number
+
+    def _listen(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self._said.put(int(line))
+        self._said.put(None)
+
+
+def serve() -> None:
+    """What the nursery does: a process for each line of the input, whose number and exit code it says."""
+    for line in sys.stdin:
+        directory = line.rstrip("\n")
+        if hasattr(os, "fork"):
+            number = os.fork()
+            if not number:
+                alone(directory)
+            print(number, flush=True)
+            print(os.waitstatus_to_exitcode(os.waitpid(number, 0)[1]), flush=True)
+        else:
+            with subprocess.Popen([sys.executable, "-c", START.format("alone"), directory]) as process:
+                print(process.pid, flush=True)
+                print(process.wait(), flush=True)
+
+
+def alone(directory: str) -> NoReturn:
+    """Work with nothing to read, and nothing said: solvers print banners whatever they are told."""
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for standard in (0, 1):
+        os.dup2(nothing, standard)
+    work(Path(directory))
+    os._exit(0)
+
+
+def measure(method: str, solver: Any, keyframes: int, budget: Budget, nursery: Nursery | None = None) -> Measurement:
     """Build and solve with a solver or an alternative, in a fresh process; a failure is a row, too."""
+    if nursery is None:
+        with Nursery() as one:
+            return measure(method, solver, keyframes, budget, one)
     with TemporaryDirectory() as directory:
         task, ready, result = (Path(directory) / name for name in ("task", "ready", "result"))
         task.write_bytes(pickle.dumps((method, solver, keyframes)))
-        # Not multiprocessing: a study may itself run in a worker that is not allowed children of that kind.
-        process = subprocess.Popen(
-            [sys.executable, "-c", START, directory],
-            # Solvers print banners whatever they are told.
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-        )
-        before = began = memory = None
+        number, began, memory = nursery.start(directory), None, None
         try:
-            while process.poll() is None:
+            while (code := nursery.ended(LOOK)) is None:
                 if began is None and ready.exists():
-                    # Imports are done, the clock starts.
-                    before, began = pickle.loads(ready.read_bytes()), perf_counter()
-                memory = _peak(process.pid) or memory
-                why = _exceeded(budget, began, memory)
-                if why:
-                    return _stopped(method, solver, keyframes, why, memory, before)
-                sleep(LOOK)
+                    began = perf_counter()
+                memory = _peak(number) or memory
+                if why := _exceeded(budget, began, memory):
+                    break
+            else:
+                why = f"the process ended with code {code}"
         finally:
-            process.kill()
-            process.wait()
+            nursery.kill()
+        before = pickle.loads(ready.read_bytes()) if ready.exists() else None
         if result.exists():
-            return replace(pickle.loads(result.read_bytes()), before=pickle.loads(ready.read_bytes()))
-        why = f"the process ended with code {process.returncode}"
+            return replace(pickle.loads(result.read_bytes()), before=before)
         return _stopped(method, solver, keyframes, why, memory, before)
 
 

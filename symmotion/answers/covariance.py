@@ -31,6 +31,11 @@ class Band:
     places: np.ndarray
     turns: np.ndarray
 
+    def __repr__(self) -> str:
+        places, turns = (f"{known.min():.2g} to {known.max():.2g}" for known in (self.place, self.turn))
+        first, last = self.times[[0, -1]]
+        return f"Band({len(self.times)} times, {first:g} to {last:g}; places off by {places}, turns by {turns} rad)"
+
     @property
     def place(self) -> np.ndarray:
         """(N,) how far the origin is off, root mean square."""
@@ -55,6 +60,10 @@ class FitCovariance:
     solution: Solution
     samples: np.ndarray
     sizes: tuple[float, float] | None
+
+    def __repr__(self) -> str:
+        known = "given" if self.sizes is None else "σ of places {:.3g}, of turns {:.3g} rad".format(*self.sizes)
+        return f"FitCovariance({len(self.samples)} samples, {known}; of {self.solution!r})"
 
     def of(self, gradient: ArrayLike) -> np.ndarray:
         """(k, k) the covariance of scalars of the motion with gradients (k, unknowns) by x; a number for one."""

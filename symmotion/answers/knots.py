@@ -27,6 +27,11 @@ class KnotSearch:
     stages: tuple[Solution, ...]
     reason: str
 
+    def __repr__(self) -> str:
+        (few, high), (many, low) = self.history[0], self.history[-1]
+        course = f"{few} → {many} unknowns, objective {high:.6g} → {low:.6g}"
+        return f"KnotSearch({len(self.stages)} stages, {course}; {self.reason})"
+
     @property
     def solution(self) -> Solution:
         return self.stages[-1]

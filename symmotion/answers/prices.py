@@ -31,6 +31,10 @@ class KeyframePrices:
     keyframes: Keyframes
     gradient: Affine
 
+    def __repr__(self) -> str:
+        dearest = ", ".join(f"{i} (‖λ‖ = {self.size[i]:.3g})" for i in self.ranking[:3])
+        return f"KeyframePrices({len(self.keyframes)} keyframes in {self.keyframes.dimension}D, the dearest {dearest})"
+
     @property
     def size(self) -> np.ndarray:
         """(M,) ‖λᵢ‖ over all entries of a keyframe."""

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.design.affine import AffineDesign, refined_times
 from symmotion.design.free_times import LEAST_SHARE, FreeTimesDesign
 from symmotion.errors import InputError
@@ -28,6 +29,8 @@ class TimePrices:
     solution: Solution
     gradient: np.ndarray
     _derivative: sparse.csr_array
+
+    __repr__ = in_a_line
 
     @cached_property
     def _reading(self) -> AnyReading:

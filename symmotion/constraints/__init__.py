@@ -8,7 +8,7 @@ from symmotion.constraints.bounds import (
     TorqueBound,
     UnitVolume,
 )
-from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting, dense_times
+from symmotion.constraints.constraint import JetConstraint, MotionConstraint
 from symmotion.constraints.curves import CurveCondition
 from symmotion.constraints.exceeded import excess
 from symmotion.constraints.keyframed import (
@@ -21,6 +21,7 @@ from symmotion.constraints.keyframed import (
     Tolerance,
     Velocity,
 )
+from symmotion.constraints.setting import Setting, dense_times
 
 __all__ = [
     "AccelerationBound",

@@ -2,15 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import casadi as ca
 import numpy as np
 
 from symmotion.constraints.maximum import Looked, Watched
+from symmotion.constraints.setting import Setting
 from symmotion.jets.jet import AnyJet
 from symmotion.jets.seen import Seen, seen
-from symmotion.jets.space import JetSpace
 from symmotion.program import Constraint
 from symmotion.program.everywhere import Excess
 
@@ -29,21 +29,11 @@ class Condition(Protocol):
         """(C,) the bounds of the components of its expression, column by column."""
         ...
 
-    def held(self, setting: Any, times: np.ndarray) -> Constraint:  # Any: a Setting, whose room this is
+    def held(self, setting: Setting, times: np.ndarray) -> Constraint:
         """As part of a program, at times (N, s) of each jet."""
         ...
 
     def written_for(self, *jets: AnyJet) -> "Condition": ...
-
-
-class Where(Protocol):
-    """What of a `Setting` is asked."""
-
-    @property
-    def spaces(self) -> tuple[JetSpace, ...]: ...
-
-    @property
-    def bodies(self) -> tuple[str, ...]: ...
 
 
 def watched(condition: Condition, motions: Sequence[Seen], values: Mapping[str, np.ndarray]) -> Watched:
@@ -66,18 +56,14 @@ class Along:
     """
 
     condition: Condition
-    setting: Any  # a Setting, as `Where` for what is asked here
+    setting: Setting
 
     def __getstate__(self) -> dict[str, object]:
-        jets = [space.symbols(slot) for slot, space in enumerate(self._where.spaces)]
+        jets = [space.symbols(slot) for slot, space in enumerate(self.setting.spaces)]
         return {"condition": self.condition.written_for(*jets), "setting": self.setting}
 
-    @property
-    def _where(self) -> Where:
-        return self.setting
-
     def _motions(self, motion: object) -> list[Seen]:
-        bodies = self._where.bodies
+        bodies = self.setting.bodies
         if bodies and isinstance(motion, Mapping):
             return [seen(motion[body]) for body in bodies]
         return [seen(motion)]
@@ -106,7 +92,7 @@ class Along:
     def _retold(self, motions: Sequence[Seen], times: np.ndarray, back: bool) -> np.ndarray:
         """(N, s) times of a motion as the program tells them, or back: by the knots of its start, where they move."""
         columns = []
-        for space, there, column in zip(self._where.spaces, motions, times.T, strict=True):
+        for space, there, column in zip(self.setting.spaces, motions, times.T, strict=True):
             here, marks = space.breakpoints, there.breakpoints
             if back:
                 here, marks = marks, here
@@ -115,7 +101,7 @@ class Along:
         return np.stack(columns, axis=1)
 
     def breaks(self) -> np.ndarray:
-        spaces = self._where.spaces
+        spaces = self.setting.spaces
         first, last = max(s.domain[0] for s in spaces), min(s.domain[1] for s in spaces)
         marks = np.unique(np.concatenate([s.breakpoints for s in spaces]))
         return np.concatenate([[first], marks[(marks > first) & (marks < last)], [last]])

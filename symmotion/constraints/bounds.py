@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
-from symmotion.constraints.constraint import DENSITY, JetConstraint, MotionConstraint, Setting
+from symmotion.constraints.constraint import DENSITY, JetConstraint, MotionConstraint
 from symmotion.constraints.keyframed import dimension
+from symmotion.constraints.setting import Setting
 from symmotion.energies import as_inertia
 from symmotion.errors import InputError
 from symmotion.jets import BodyJet, RigidJet

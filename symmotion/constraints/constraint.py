@@ -12,96 +12,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.constraints.along import Along
+from symmotion.constraints.setting import Setting, placed
 from symmotion.errors import InputError
-from symmotion.jets import AnyJet, RigidJet, Written
+from symmotion.jets import AnyJet, Written
 from symmotion.jets.enclosed import values as values_of
 from symmotion.jets.jet import as_expression, of_jets, require_closed, said
 from symmotion.jets.linear import LinearSpace
 from symmotion.jets.nets import NetSpace
 from symmotion.jets.seen import Seen
-from symmotion.jets.space import JetSpace, Places, block_of
+from symmotion.jets.space import JetSpace, block_of
 from symmotion.jets.written import positional, same_text, tuples_of_jets
 from symmotion.program import Constraint, Excess, ParameterPlace, excess_at
 from symmotion.program.state import made_of
-from symmotion.splines.instants import distinct, unified
+from symmotion.splines.instants import unified
 from symmotion.values import adopt, restore, same, same_fields, settle
 
 DENSITY = 8  # times in each span at which what has to hold everywhere is held
-
-
-@dataclass(frozen=True, eq=False)
-class Setting:
-    """What a constraint may know of the program that it joins.
-
-    spaces: of the jets it is a function of, one for all or one for each body. times: (M,) of the keyframes, empty
-    where there are none; linear, translation, quaternions: (M, d, d), (M, d), (M, 4) their parts, None where they
-    have none such. moves: whether the translation is unknown; held: whether the keyframes are met; places: of the
-    unknowns, where there are several bodies; bodies: the names of those that the constraint is about.
-    """
-
-    spaces: tuple[JetSpace, ...]
-    times: np.ndarray
-    linear: np.ndarray | None = None
-    translation: np.ndarray | None = None
-    quaternions: np.ndarray | None = None
-    moves: bool = True
-    held: bool = True
-    places: Places | None = None
-    bodies: tuple[str, ...] = ()
-
-    @property
-    def space(self) -> JetSpace:
-        return self.spaces[0]
-
-    @property
-    def domain(self) -> tuple[float, float]:
-        """The times that all the motions have in common."""
-        return max(s.domain[0] for s in self.spaces), min(s.domain[1] for s in self.spaces)
-
-    def keyframe(self, i: int, name: str) -> int:
-        """The number of keyframe i, counted from the end where negative."""
-        if not len(self.times):
-            raise InputError(f"{name} is about keyframe {i}, and this program has no keyframes")
-        return checks.index(i, len(self.times), f"{name}: keyframe")
-
-    def require_translation(self, name: str) -> None:
-        if self.moves:
-            return
-        if isinstance(self.space.symbols(), RigidJet):
-            raise InputError(f"{name} is about the translation, and an orientation has none: make a pose_program")
-        raise InputError(
-            f"{name} is a condition on the translation, which the objective does not see: add a TrajectoryEnergy"
-        )
-
-    def between_keyframes(self, density: int, name: str) -> np.ndarray:
-        """`density` times inside every segment between keyframes, equally spaced."""
-        return dense_times(self.times, density, name)
-
-    def inside_spans(self, density: int, name: str) -> np.ndarray:
-        """`density` times inside every span, at the middles of equal parts: at a knot two spans would say the same."""
-        checks.whole(density, 1, f"{name}: density")
-        breaks = distinct(np.concatenate([s.breakpoints for s in self.spaces]))
-        a, b = unified(self.domain, breaks)
-        if not a < b:
-            raise InputError(f"{name}: the motions have no times in common: give at, tuples of a time for each body")
-        breaks = breaks[(breaks >= a) & (breaks <= b)]
-        inside = (np.arange(density) + 0.5) / density
-        return (breaks[:-1, None] + np.diff(breaks)[:, None] * inside).ravel()
-
-    def inside(self, times: np.ndarray, name: str) -> np.ndarray:
-        """The times, those that are a keyframe's up to rounding put there; InputError for the first outside."""
-        return _placed(times, self.domain, self.times, name)
-
-
-def _placed(times: np.ndarray, domain: tuple[float, float], marks: np.ndarray, name: str) -> np.ndarray:
-    """The times, put on the ends of the domain and on marks that they agree with up to rounding."""
-    a, b = domain
-    times = unified(times, [a, b, *marks])
-    outside = ~((times >= a) & (times <= b))
-    if outside.any():
-        raise InputError(f"{name}: time {times[outside][0]} is outside the motion's domain [{a:g}, {b:g}]")
-    return times
 
 
 class MotionConstraint(ABC):
@@ -118,6 +46,8 @@ class MotionConstraint(ABC):
 
     def __post_init__(self):
         settle(self)
+
+    __repr__ = in_a_line
 
     def named(self, name: str) -> "MotionConstraint":
         """The same condition under another name."""
@@ -345,7 +275,7 @@ class JetConstraint(MotionConstraint):
         out = self._expression(jets, data, [ca.SX(np.ravel(v, order="F")) for v in values.values()])
         entries, needed = ca.vertcat(*(jet.entries for jet in jets), *data), range(jets[0].entries.numel())
         columns = [
-            motion.numbers(_placed(column, motion.domain, np.empty(0), self.name), needed)
+            motion.numbers(placed(column, motion.domain, np.empty(0), self.name), needed)
             for motion, column in zip(every, times.T, strict=True)
         ]
         found = values_of(entries, ca.vec(out))(np.concatenate([*columns, table], axis=1))
@@ -420,8 +350,8 @@ class JetConstraint(MotionConstraint):
             spaces = [setting.space] * times.shape[1]
         # A knot is met from the right, which a time that rounding has put before it would not be.
         columns = zip(spaces, times.T, strict=True)
-        placed = [_placed(column, space.domain, space.breakpoints, self.name) for space, column in columns]
-        return spaces, np.stack(placed, axis=1), lead
+        inside = [placed(column, space.domain, space.breakpoints, self.name) for space, column in columns]
+        return spaces, np.stack(inside, axis=1), lead
 
     def _of_net(self, space: NetSpace) -> tuple[list[JetSpace], np.ndarray, tuple[int, ...]]:
         """As `_spread`, at the parameters (u, v) of a net, or of a curve."""
@@ -479,10 +409,3 @@ def require_possible(low: np.ndarray, high: np.ndarray, name: str) -> None:
         if (bound == never).any():
             where = np.argwhere(bound == never)[0].tolist()
             raise InputError(f"{name}: {what}{where or ''} is {never}: nothing satisfies it; no bound is {-never}")
-
-
-def dense_times(times: np.ndarray, density: int, name: str) -> np.ndarray:
-    """`density` times inside every interval of times (M,), equally spaced."""
-    density = checks.whole(density, 1, f"{name}: density")
-    share = np.arange(1, density + 1) / (density + 1)
-    return (times[:-1, None] + np.diff(times)[:, None] * share).ravel()

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from symmotion import checks
-from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting, require_possible
+from symmotion.constraints.constraint import JetConstraint, MotionConstraint, require_possible
+from symmotion.constraints.setting import Setting
 from symmotion.errors import InputError
 from symmotion.jets import CurveJet
 from symmotion.jets.linear import LinearSpace, sided
@@ -147,6 +148,10 @@ class CurveCondition(MotionConstraint):
             zeros,
             zeros,
         )
+
+    def __repr__(self) -> str:
+        what = f"{'values' if self.is_equality else 'bounds'} at {self.count} times"
+        return f"CurveCondition({self.name!r}, {what}, {self.times.min():g} to {self.times.max():g})"
 
     @property
     def is_equality(self) -> bool:

@@ -1,21 +1,24 @@
 """By how far a motion that is there exceeds a constraint, anywhere along it or at the times that are asked."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from symmotion.constraints.along import watched
-from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
+from symmotion.constraints.constraint import JetConstraint, MotionConstraint
+from symmotion.constraints.setting import Setting
 from symmotion.errors import InputError
-from symmotion.jets.linear import LinearSpace, affine_space, curve_space
-from symmotion.jets.seen import Seen, seen
+from symmotion.jets.linear import LinearSpace, space_of
+from symmotion.jets.seen import Seen, Timed, seen
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.program import BlockEvaluator, Constraint, Excess, excess_at
 from symmotion.splines import Spline
 
 
-# Any: a motion or curve of the user's own, which is asked for what it has.
-def excess(motion: Any, constraint: MotionConstraint, *, keys: Keyframes | None = None) -> Excess:
+def excess(
+    motion: Timed | Mapping[str, Timed], constraint: MotionConstraint, *, keys: Keyframes | None = None
+) -> Excess:
     """By how far a constraint is exceeded anywhere along a motion, whoever made it.
 
     max(0, (value − upper) / |upper|, (lower − value) / |lower|), absolute where a bound is 0, over all components and
@@ -40,38 +43,23 @@ def excess(motion: Any, constraint: MotionConstraint, *, keys: Keyframes | None 
     """
     if not isinstance(constraint, MotionConstraint):
         raise InputError(f"constraint {constraint!r} is no condition on a motion: excess(motion, constraint)")
-    motions = [seen(m) for m in motion.values()] if isinstance(motion, dict) else [seen(motion)]
-    space = _space(motion)
+    motions = [seen(m) for m in motion.values()] if isinstance(motion, Mapping) else [seen(motion)]
+    space, controls = space_of(motion) if isinstance(motion, AffineMotion | Spline) else (None, None)
     setting = _setting(motions if space is None else [space], keys)
     if type(constraint).build not in (MotionConstraint.build, JetConstraint.build):
-        if space is None:
+        if controls is None:
             raise InputError(
                 f"{constraint.name}: a condition on the controls of a spline, not on a {type(motion).__name__}"
             )
-        return _at_nodes(constraint.build(setting), _controls(motion))
+        return _at_nodes(constraint.build(setting), controls)
     stated = constraint.stated(setting)
     if stated.at is None and stated.data is None:
         return watched(stated, motions, {k: np.asarray(v) for k, v in (stated.parameters or {}).items()}).excess()
     return stated.excess_at(motions)
 
 
-def _space(motion: object) -> LinearSpace | None:
-    """The space of a spline motion or curve, None of others."""
-    if isinstance(motion, AffineMotion):
-        d = motion.dimension
-        return affine_space(motion.basis, d, d * d + d)
-    if isinstance(motion, Spline):
-        return curve_space(motion.basis, motion.control_points.shape[1:])
-    return None
-
-
-def _controls(motion: Any) -> np.ndarray:  # Any: one that has a space
-    spline = motion.spline if isinstance(motion, AffineMotion) else motion
-    return spline.control_points.reshape(spline.basis.n, -1)
-
-
 def _setting(spaces: list[LinearSpace] | list[Seen], keys: Keyframes | None) -> Setting:
-    # What states a condition asks of a space what all jets have: symbols, domain and breakpoints.
+    # Any: what states a condition asks of a space what all jets have: symbols, domain and breakpoints.
     whole: Any = tuple(spaces)
     if keys is None:
         return Setting(whole, np.empty(0), held=False)

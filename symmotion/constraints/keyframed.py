@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from symmotion import checks
-from symmotion.constraints.constraint import JetConstraint, MotionConstraint, Setting
+from symmotion.constraints.constraint import JetConstraint, MotionConstraint
+from symmotion.constraints.setting import Setting
 from symmotion.errors import InputError
 from symmotion.jets import Jet, RigidJet, rotation
 from symmotion.jets.linear import LinearSpace

@@ -1,10 +1,10 @@
 """Curves where they stop: the direction and the bends of the path there, which the zero speed hides."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
+from symmotion.curves.curve import Curve
 from symmotion.curves.series import Series, product, reciprocal, root
 from symmotion.errors import InputError
 from symmotion.splines import BSplineBasis, Spline
@@ -19,8 +19,7 @@ MOST_ORDERS = 24
 Derivatives = Callable[[np.ndarray, int], np.ndarray]
 
 
-# Any: a curve; the protocol of curves is stated above this file.
-def derivatives(curve: Any) -> Derivatives:
+def derivatives(curve: Curve) -> Derivatives:
     """The k-th derivatives of a curve at times, from the right where a knot parts two; all numbers (N, d)."""
     if not isinstance(curve, Spline):
         return lambda t, k: np.asarray(curve(t, k)).reshape(len(t), -1)
@@ -32,7 +31,7 @@ def derivatives(curve: Any) -> Derivatives:
     return exact
 
 
-def resting(curve: Any, t: np.ndarray, mean: float) -> np.ndarray:
+def resting(curve: Curve, t: np.ndarray, mean: float) -> np.ndarray:
     """(N,) the times t at which a curve stops, those meant for a border of its pieces brought there; NaN elsewhere.
 
     mean: the mean speed.
@@ -45,7 +44,7 @@ def resting(curve: Any, t: np.ndarray, mean: float) -> np.ndarray:
     return np.where(np.linalg.norm(slope(snapped, 1), axis=1) <= STILL * mean, snapped, np.nan)
 
 
-def from_rest(curve: Any, t: float, nu: int, mean: float) -> np.ndarray:
+def from_rest(curve: Curve, t: float, nu: int, mean: float) -> np.ndarray:
     """(d,) the nu-th derivative by arc length, nu ≥ 1, at a time t where the curve stops.
 
     With x' = a(τ) τᵐ the unit tangent is T = a/‖a‖, and d/ds = (‖a‖ τᵐ)⁻¹ d/dτ. InputError where the tangent turns, or
@@ -75,7 +74,7 @@ def _width(marks: np.ndarray, t: float, side: int) -> float:
     return float(np.diff(marks)[np.clip(k - 1, 0, len(marks) - 2)])
 
 
-def _mirrored(curve: Any) -> Derivatives:
+def _mirrored(curve: Curve) -> Derivatives:
     """The derivatives of y(−t) = x(t), from the right at −t: those of x from the left."""
     if isinstance(curve, Spline):
         plain = curve.clamped()

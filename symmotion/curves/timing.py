@@ -1,15 +1,14 @@
 """How a curve is passed in time: speed, arc length, constant speed, slow-in and slow-out."""
 
-import os
 from functools import cached_property
 from math import factorial
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.checks import floats, numbers, whole
 from symmotion.curves.bezier import bezier, check_domain
+from symmotion.curves.curve import Curve
 from symmotion.curves.series import compose, product, reciprocal, root, taylor
 from symmotion.curves.stops import derivatives, from_rest, resting
 from symmotion.errors import InputError, SolveError
@@ -19,22 +18,6 @@ from symmotion.splines.instants import distinct, inside
 from symmotion.values import value
 
 LEAST_DIGITS = 6  # of a length that is of use: rounding may leave fewer than are asked for
-
-
-class Curve(Protocol):
-    """What all curves have in common."""
-
-    @property
-    def domain(self) -> tuple[float, float]: ...
-
-    @property
-    def breakpoints(self) -> np.ndarray: ...
-
-    def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray: ...
-
-    def to_bspline(self) -> Spline: ...
-
-    def save(self, path: str | os.PathLike[str]) -> None: ...
 
 
 def speed(curve: Curve, t) -> np.ndarray:

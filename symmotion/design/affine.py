@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.constraints import EndRates, MotionConstraint, Periodic, Setting
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
@@ -146,6 +147,8 @@ class AffineDesign:
     # By term, Gauss nodes per span where they are not those that the start needs.
     nodes: Mapping[str, int] = field(default_factory=dict)
 
+    __repr__ = in_a_line
+
     __getstate__ = made_of
 
     @cached_property
@@ -272,8 +275,8 @@ class AffineDesign:
         if self.constraints:
             # Conditions may hold data of the keyframes, so they are made anew; the kernels are cached.
             return replace(design.program().sharing(program), build_seconds=perf_counter() - began)
-        moved = program.with_data("keyframes", design._targets[:, : self.channels], start=controls, design=design)
-        return replace(moved, build_seconds=perf_counter() - began)
+        moved = program.with_data("keyframes", design._targets[:, : self.channels])
+        return replace(moved, start=controls, design=design, build_seconds=perf_counter() - began)
 
     def stages(self, by: str) -> "Iterator[Program[AffineDesign]]":
         """Smaller programs that lead to this one by steps, coarsest first (HJK 4.4, 5.1).

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
+from symmotion.brief import in_a_line
 from symmotion.jets import HIGHEST_ORDER, RigidJet, rotation
 from symmotion.jets.rigid import rigid_jet
 from symmotion.jets.space import UNKNOWN, Reading
@@ -88,6 +89,8 @@ class ControlSpace:
     variable: str = UNKNOWN
     shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
     _slots: dict[int, tuple[NodeSymbols, RigidJet]] = field(default_factory=dict, repr=False)
+
+    __repr__ = in_a_line
 
     @property
     def unshifted(self) -> "ControlSpace":

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
 from symmotion.curves import Curve
 from symmotion.design.affine import represent
@@ -237,6 +238,8 @@ class CurveDesign:
     breaks: np.ndarray
     # By term, Gauss nodes per span where they are not those that the start needs.
     nodes: Mapping[str, int] = field(default_factory=dict)
+
+    __repr__ = in_a_line
 
     __getstate__ = made_of
 

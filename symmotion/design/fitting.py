@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.constraints import EndRates, ExactSamples, MotionConstraint, Periodic, Setting
 from symmotion.design.fit_space import fit_basis, require_determined, require_free
 from symmotion.design.independence import require_independent
@@ -127,6 +128,8 @@ class FitDesign:
     nodes: Mapping[str, int] = field(default_factory=dict)
     # What whoever asked has to say of it.
     said: tuple[str, ...] = ()
+
+    __repr__ = in_a_line
 
     __getstate__ = made_of
 

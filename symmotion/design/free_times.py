@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.constraints import EndRates, MotionConstraint, Setting
 from symmotion.design.affine import RIGIDITY, refined_times, represent
 from symmotion.design.moving_space import MovingSpace, local_derivative, local_symbols
@@ -118,6 +119,8 @@ class FreeTimesDesign:
     constraints: tuple[MotionConstraint, ...] = ()
     # By term, Gauss nodes per span where they are not those that the start needs.
     nodes: Mapping[str, int] = field(default_factory=dict)
+
+    __repr__ = in_a_line
 
     __getstate__ = made_of
 

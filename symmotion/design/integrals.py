@@ -2,16 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from symmotion.design.terms import MOST_NODES, density_of, kernel_of
 from symmotion.energies import Energy
-from symmotion.jets.affine import HIGHEST_ORDER, affine_jet
-from symmotion.jets.linear import LinearSpace, affine_space, curve_space
+from symmotion.jets.affine import HIGHEST_ORDER
+from symmotion.jets.linear import LinearSpace, space_of
 from symmotion.jets.rigid import rigid_jet
+from symmotion.jets.seen import SeenSampled, Timed
 from symmotion.kernels.mapped import Mapped
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.quaternions import QuaternionMotion
@@ -58,8 +58,7 @@ class Integrand:
         return nodes
 
 
-# Any: a motion or curve of the user's own, called with (t, order) where it is none of those known.
-def integrand(motion: Any, energy: Energy, marks: np.ndarray | None = None) -> Integrand:
+def integrand(motion: Timed, energy: Energy, marks: np.ndarray | None = None) -> Integrand:
     """The integrand of an energy, or of a sum of energies, along a motion; marks: of a motion that is not known."""
     if isinstance(motion, QuaternionMotion | PoseMotion):
         curve = motion.orientation if isinstance(motion, PoseMotion) else motion
@@ -71,15 +70,6 @@ def integrand(motion: Any, energy: Energy, marks: np.ndarray | None = None) -> I
         return Integrand(energy, density, basis.relative.breakpoints, basis.degree, basis.origin)
     assert marks is not None
     return Integrand(energy, _sampled(motion, energy), marks)
-
-
-def space_of(motion: AffineMotion | Spline) -> tuple[LinearSpace, np.ndarray]:
-    """The space of a spline, and its controls (n, width) there."""
-    if isinstance(motion, AffineMotion):
-        d = motion.dimension
-        return affine_space(motion.basis, d, d * d + d), motion.spline.control_points
-    shape = motion.control_points.shape[1:]
-    return curve_space(motion.basis, shape), motion.control_points.reshape(motion.basis.n, -1)
 
 
 def exact_integral(energy: Energy, space: LinearSpace, controls: np.ndarray) -> tuple[np.ndarray, float]:
@@ -124,33 +114,12 @@ def _rigid(motion: QuaternionMotion | PoseMotion, energy: Energy) -> Density:
     return density
 
 
-# Any: as for `integrand`.
-def _sampled(motion: Any, energy: Energy) -> Density:
-    d = motion.dimension
-    size = d * d + d
-    symbols = ca.SX.sym("jet", (HIGHEST_ORDER + 1) * size + 1)
-    value = ca.densify(density_of(energy, affine_jet(symbols, d)))
-    function = ca.Function("integrand", [symbols], [value])
-    # Only the derivatives that the energy reads are asked for: not every motion has them all.
-    read = []
-    for order in range(HIGHEST_ORDER + 1):
-        first = (HIGHEST_ORDER + 1) * d * d + order * d
-        places = [*range(order * d * d, (order + 1) * d * d), *range(first, first + d)]
-        read.append(bool(ca.depends_on(value, symbols[places])))
-
-    def density(times: np.ndarray) -> np.ndarray:
-        linear, translation = [], []
-        for order in range(HIGHEST_ORDER + 1):
-            if read[order]:
-                there = motion(times, order)
-                linear.append(np.swapaxes(there.linear, 1, 2).reshape(len(times), -1))
-                translation.append(there.translation)
-            else:
-                linear.append(np.zeros((len(times), d * d)))
-                translation.append(np.zeros((len(times), d)))
-        return _at(function, np.column_stack([*linear, *translation, times]))
-
-    return density
+def _sampled(motion: Timed, energy: Energy) -> Density:
+    there = SeenSampled(motion)
+    jet = there.symbols()
+    function = ca.Function("integrand", [jet.entries], [ca.densify(density_of(energy, jet))])
+    needed = function.jac_sparsity(0, 0).get_col()
+    return lambda times: _at(function, there.numbers(times, needed))
 
 
 def _at(function: ca.Function, *inputs: np.ndarray | None) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from symmotion.brief import in_a_line
 from symmotion.constraints import JetConstraint, MotionConstraint, Setting
 from symmotion.constraints.along import Along
 from symmotion.design.question import as_constraints, assembled
@@ -57,6 +58,8 @@ class JoinedDesign:
 
     programs: dict[str, Program]
     constraints: tuple[JetConstraint, ...]
+
+    __repr__ = in_a_line
 
     def __getstate__(self) -> dict[str, object]:
         # Only here it is known of which kinds the jets are that a coupling function takes.

@@ -1,23 +1,16 @@
 """The value of an energy for a motion that is there, to ten digits or with the reason why not."""
 
-from typing import Any, Protocol, runtime_checkable
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
-from symmotion.design.integrals import KNOWN, Integrand, exact_integral, integrand, space_of
+from symmotion.design.integrals import KNOWN, Integrand, exact_integral, integrand
 from symmotion.energies import Energy
 from symmotion.errors import InputError, SolveError
+from symmotion.jets.linear import space_of
+from symmotion.jets.seen import Timed
 from symmotion.motions import AffineMotion
-from symmotion.splines import Integral, Spline
-
-
-@runtime_checkable
-class SplineLike(Protocol):
-    """A curve that can be written as a spline."""
-
-    def to_bspline(self) -> Spline: ...
+from symmotion.splines import Integral, Spline, SplineLike
 
 
 class Measured(float):
@@ -34,8 +27,7 @@ class Measured(float):
         return Measured, (float(self), self.error)
 
 
-# Any: a motion or curve of the user's own, which is asked for what it has.
-def measure(motion: Any, energy: Energy, *, times: ArrayLike | None = None) -> Measured:
+def measure(motion: Timed | SplineLike, energy: Energy, *, times: ArrayLike | None = None) -> Measured:
     """The value of an energy for a motion or curve of any kind: a float, whose `error` says how well it is known.
 
     ∫ φ dt, exact where φ is a polynomial, else to ten digits of ∫ |φ| dt, or as many as the rounding of the motion's
@@ -81,8 +73,7 @@ def span_values(motion: AffineMotion | Spline, energy: Energy) -> np.ndarray:
     return np.sum([weight * _measured(motion, part, None)[0] for weight, part in energy.parts if weight], axis=0)
 
 
-# Any: as for `measure`.
-def _measured(motion: Any, energy: Energy, marks: np.ndarray | None) -> tuple[np.ndarray, float]:
+def _measured(motion: Timed, energy: Energy, marks: np.ndarray | None) -> tuple[np.ndarray, float]:
     """(S,) the value of an energy by spans, and the error of the sum."""
     if energy.exact and isinstance(motion, AffineMotion | Spline):
         return exact_integral(energy, *space_of(motion))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, Setting
 from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import ControlSpace
@@ -107,6 +108,8 @@ class OrientationDesign:
     space: ControlSpace
     # By term, Gauss nodes per span where they are not those that the start needs.
     nodes: Mapping[str, int] = field(default_factory=dict)
+
+    __repr__ = in_a_line
 
     @staticmethod
     def of(

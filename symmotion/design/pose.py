@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.constraints import MotionConstraint, Setting
 from symmotion.design.control_start import motion_of
 from symmotion.design.orientation import RENAMED, TORQUE, OrientationDesign
@@ -113,6 +114,8 @@ class PoseDesign:
     turning: OrientationDesign
     translation: np.ndarray
     start: np.ndarray
+
+    __repr__ = in_a_line
 
     __getstate__ = made_of
 

@@ -1,12 +1,11 @@
 """How well the terms of programs integrate, asked at their solutions, and the nodes that they need there."""
 
-from typing import Any
-
 import numpy as np
 
 from symmotion.design.integrals import Integrand, integrand
 from symmotion.design.terms import parts_of
 from symmotion.energies import Energy
+from symmotion.jets.seen import Timed
 from symmotion.motions import AffineMotion
 from symmotion.program import QUADRATURE, Block, BlockEvaluator, Program, Quadrature
 from symmotion.splines import Integral, Spline
@@ -15,9 +14,8 @@ from symmotion.splines import Integral, Spline
 NOTHING = 0.01
 
 
-# Any: a motion or curve of any kind.
 def term_quadratures(
-    program: Program, x: np.ndarray, objective: Energy | None, motion: Any, keys: np.ndarray
+    program: Program, x: np.ndarray, objective: Energy | None, motion: Timed, keys: np.ndarray
 ) -> dict[str, Quadrature]:
     """By term of an objective, how well its nodes integrate along the motion that x (unknowns,) stands for.
 
@@ -35,8 +33,7 @@ def term_quadratures(
     return found
 
 
-# Any: as for `term_quadratures`.
-def nodes_at(program: Program, x: np.ndarray, objective: Energy | None, motion: Any) -> dict[str, int]:
+def nodes_at(program: Program, x: np.ndarray, objective: Energy | None, motion: Timed) -> dict[str, int]:
     """By term, more Gauss nodes per span where ten digits of the program's objective at x (unknowns,) need them."""
     blocks = {b.name: b for b in program.terms}
     size = sum(float(np.abs(_shares(program, b, x)).sum()) for b in program.terms)

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.jets import Written
 from symmotion.jets.jet import as_expression, said
@@ -32,6 +33,8 @@ class Energy:
 
     def __post_init__(self):
         settle(self)
+
+    __repr__ = in_a_line
 
     @property
     def name(self) -> str:

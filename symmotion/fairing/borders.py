@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.fairing.coordinates import Box, Coordinates, Fairable
 from symmotion.fairing.jumps import Jumps
@@ -34,6 +35,8 @@ class Continued:
     net: Fairable
     order: Order = "G1"
     ratio: float = 1.0
+
+    __repr__ = in_a_line
 
 
 Border: TypeAlias = Hold | Continued

@@ -7,6 +7,7 @@ from typing import Literal, TypeVar, cast
 import numpy as np
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.fairing.jumps import Jumps
 from symmotion.motions.dual import DualQuaternions
@@ -39,6 +40,8 @@ class Coordinates:
     motion: Fairable
     parts: str
     length: float
+
+    __repr__ = in_a_line
 
     @staticmethod
     def of(motion: Fairable, parts: str | None = None, length: float = 1.0) -> "Coordinates":

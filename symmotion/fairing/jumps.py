@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.splines import BSplineBasis
 
@@ -26,6 +27,8 @@ class Direction:
     jumps: np.ndarray
     values: np.ndarray
     ring: tuple[bool, bool] = (True, True)
+
+    __repr__ = in_a_line
 
     @staticmethod
     def of(basis: BSplineBasis, name: str = "u") -> "Direction":
@@ -90,6 +93,8 @@ class Jumps:
     u: Direction
     v: Direction
 
+    __repr__ = in_a_line
+
     @staticmethod
     def of(bases: Sequence[BSplineBasis]) -> "Jumps":
         """The jumps over one basis (a curve) or two; InputError names the direction that cannot be faired."""
@@ -149,6 +154,8 @@ class StepTables:
 
     jumps: Jumps
     step: Step
+
+    __repr__ = in_a_line
 
     @property
     def reach(self) -> tuple[int, int]:

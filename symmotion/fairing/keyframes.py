@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.fairing.coordinates import Coordinates
 from symmotion.motions.dual import DualQuaternions, as_quaternion
@@ -41,6 +42,8 @@ class NetKeyframe:
     weight: float | None = None
     hold: Hold = "displacement"
 
+    __repr__ = in_a_line
+
 
 @value
 class NetPlace:
@@ -52,6 +55,8 @@ class NetPlace:
     at: At
     point: np.ndarray
     place: np.ndarray
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         for name in ("point", "place"):

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 
 
@@ -26,6 +27,8 @@ class Metric:
     scale: np.ndarray | None = None
     form: np.ndarray | None = None
     forms: np.ndarray | None = None
+
+    __repr__ = in_a_line
 
     @staticmethod
     def of(shape: tuple[int, int, int], weights: ArrayLike | None = None, metric: ArrayLike | None = None) -> "Metric":

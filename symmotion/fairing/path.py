@@ -36,6 +36,10 @@ class FairingPath:
     slopes: np.ndarray
     coordinates: int
 
+    def __repr__(self) -> str:
+        w, g, d = (f"{part[0]:.3g} to {part[-1]:.3g}" for part in (self.weights, self.fairness, self.displacement))
+        return f"FairingPath({len(self.weights)} weights, {w}; G {g}, Σ|d − d⁰|² {d}, {self.coordinates} coordinates)"
+
     def at(self, weight: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """G and D at weights within the path, between its solves by the cubic of their logarithms."""
         from scipy.interpolate import CubicHermiteSpline  # here: see Spline

@@ -7,6 +7,8 @@ write it, their options. One of your own is one more row, handed to a door:
     keys = read_keyframes("walk.pts", formats=(*FORMATS, mine))
 """
 
+from typing import TYPE_CHECKING
+
 from symmotion.files.bvh import read_bvh
 from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf_keyframes
@@ -19,6 +21,7 @@ from symmotion.files.table import FORMATS
 from symmotion.files.usd import write_usd
 from symmotion.files.writing import write_keyframes, write_mesh, write_motion, write_two_parameter
 from symmotion.files.written import WrittenMotion
+from symmotion.renamed import moved
 
 __all__ = [
     "FORMATS",
@@ -45,3 +48,7 @@ __all__ = [
     "write_two_parameter",
     "write_usd",
 ]
+
+if not TYPE_CHECKING:
+    # A name of 0.1.0.
+    __getattr__ = moved(__name__, {}, {"whole_file": "symmotion.whole.whole_file"})

@@ -8,7 +8,7 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
-from symmotion.opening import LARGEST, readable
+from symmotion.opening import LARGEST, readable_bytes
 
 MOST_MEMBERS = 1000
 ENDING = ".npy"
@@ -21,7 +21,7 @@ def read_arrays(path: FilePath) -> dict[str, np.ndarray]:
 
     Raises InputError that names the file and the member at fault.
     """
-    with readable(path, binary=True) as handle:
+    with readable_bytes(path) as handle:
         try:
             with zipfile.ZipFile(handle) as archive:
                 members = archive.infolist()

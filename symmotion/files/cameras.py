@@ -1,12 +1,14 @@
 """Camera positions as reconstruction programs write them: COLMAP, nerfstudio, Open3D."""
 
-from itertools import islice
+from array import array
+from collections.abc import Callable
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
-from symmotion.files.documents import entries_of
+from symmotion.files.documents import entries_of, outline_of, stacked
 from symmotion.files.formats import FilePath
 from symmotion.files.poses import AFFINE_TOLERANCE, NORM_TOLERANCE
 from symmotion.files.positions import Positions
@@ -59,7 +61,7 @@ def read_colmap(path: FilePath, *, times: ArrayLike | None = None) -> Recording:
 
 def is_transforms(path: FilePath) -> bool:
     """Whether a JSON file has frames with matrices."""
-    return "frames" in entries_of(path)
+    return "frames" in outline_of(path)
 
 
 def read_transforms(path: FilePath, *, times: ArrayLike | None = None) -> Recording:
@@ -67,40 +69,42 @@ def read_transforms(path: FilePath, *, times: ArrayLike | None = None) -> Record
     frames = entries_of(path)["frames"]
     if not isinstance(frames, list) or not frames or not all(isinstance(frame, dict) for frame in frames):
         raise InputError(f"{path}, frames: a list of objects is needed")
-    matrices = []
-    for i, frame in enumerate(frames):
-        rows = frame.get("transform_matrix")
-        good = isinstance(rows, list) and len(rows) in (3, 4) and all(isinstance(r, list) and len(r) == 4 for r in rows)
-        if not good or not all(isinstance(x, float) and np.isfinite(x) for r in rows for x in r):
-            raise InputError(f"{path}, frames[{i}].transform_matrix: 4 × 4 finite numbers are needed")
-        matrices.append(_homogeneous(f"{path}, frames[{i}].transform_matrix", np.array(rows)))
+
+    def place(i: int) -> str:
+        return f"{path}, frames[{i}].transform_matrix"
+
+    whole = stacked([frame.get("transform_matrix") for frame in frames], place)
+    if whole.shape[1:] not in ((3, 4), (4, 4)):
+        raise InputError(f"{place(0)}: 4 × 4 finite numbers are needed")
+    _require_homogeneous(whole, place)
     stamps = [frame.get("time") for frame in frames]
-    own = np.array(stamps) if all(isinstance(t, float) and np.isfinite(t) for t in stamps) else None
-    whole = np.array(matrices)
+    own = np.array(stamps) if all(isinstance(t, float) and isfinite(t) for t in stamps) else None
     return Positions(whole[:, :3, :3], whole[:, :3, 3], own, "frames[{}]".format).recording(path, times)
 
 
 def read_log(path: FilePath, *, times: ArrayLike | None = None) -> Recording:
     """The cameras of an Open3D trajectory (.log), at 0, 1, 2, …: a line of three numbers, then a 4 × 4 matrix each."""
-    matrices, places = [], []
+    rows, places, ends = array("d"), array("q"), array("q")
     with readable(path) as handle:
-        rows = ((n, text.split()) for n, text in enumerate(handle, 1) if text.strip() and not text.startswith("#"))
-        for line, head in rows:
+        lines = ((n, text.split()) for n, text in enumerate(handle, 1) if text.strip() and not text.startswith("#"))
+        for line, head in lines:
             if len(head) != 3:
                 raise InputError(f"{path}, line {line}: {len(head)} numbers where the 3 above a matrix are needed")
             _numbers(path, line, head)
-            block = list(islice(rows, 4))
-            for at, words in block:
+            at = line
+            for _ in range(4):
+                at, words = next(lines, (line, None))
+                if words is None:
+                    raise InputError(f"{path}, line {line}: the file ends within the matrix that begins here")
                 if len(words) != 4:
                     raise InputError(f"{path}, line {at}: {len(words)} numbers in a row of a matrix, not 4")
-            if len(block) < 4:
-                raise InputError(f"{path}, line {line}: the file ends within the matrix that begins here")
-            matrix = np.array([_numbers(path, at, words) for at, words in block])
-            matrices.append(_homogeneous(f"{path}, line {block[-1][0]}", matrix))
+                rows.extend(_numbers(path, at, words))
             places.append(line)
-    if not matrices:
+            ends.append(at)
+    if not places:
         raise InputError(f"{path}: holds no keyframes")
-    whole = np.array(matrices)
+    whole = np.frombuffer(rows).reshape(-1, 4, 4)
+    _require_homogeneous(whole, lambda i: f"{path}, line {ends[i]}")
     return Positions(whole[:, :3, :3], whole[:, :3, 3], None, lambda i: f"line {places[i]}").recording(path, times)
 
 
@@ -111,8 +115,8 @@ def _numbers(path: FilePath, line: int, words: list[str]) -> list[float]:
         raise InputError(f"{path}, line {line}: {error}") from None
 
 
-def _homogeneous(where: str, matrix: np.ndarray) -> np.ndarray:
-    """A matrix (3 or 4, 4); InputError unless its fourth row is 0 0 0 1."""
-    if len(matrix) == 4 and not np.abs(matrix[3] - np.eye(4)[3]).max() <= AFFINE_TOLERANCE:
-        raise InputError(f"{where}: the last row of the matrix is not 0 0 0 1")
-    return matrix
+def _require_homogeneous(matrices: np.ndarray, place: Callable[[int], str]) -> None:
+    """Raise InputError that names the first matrix (N, 3 or 4, 4) whose fourth row is not 0 0 0 1."""
+    wrong = (np.abs(matrices[:, 3:] - np.eye(4)[3]) > AFFINE_TOLERANCE).any(axis=(1, 2))
+    if wrong.any():
+        raise InputError(f"{place(int(np.argmax(wrong)))}: the last row of the matrix is not 0 0 0 1")

@@ -1,30 +1,17 @@
 """JSON documents: objects with the entries expected, and lists of numbers as arrays."""
 
 import json
-from collections.abc import Sequence
-from typing import Any, TextIO, TypeAlias
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from symmotion.documents import Document, read_document
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.opening import readable
 from symmotion.whole import whole_file
 
-Document: TypeAlias = dict[str, Any]  # of JSON
-
-
-def read_object(path: FilePath, handle: TextIO) -> Document:
-    """The JSON object in a file, its numbers as floats."""
-    try:
-        document = json.load(handle, parse_int=float)
-    except json.JSONDecodeError as error:
-        raise InputError(f"{path}, line {error.lineno}, column {error.colno}: {error.msg}") from None
-    except RecursionError:
-        raise InputError(f"{path}: its lists are nested too deeply") from None
-    if not isinstance(document, dict):
-        raise InputError(f"{path}: a JSON object, {{…}}, is needed")
-    return document
+PART = 4096  # items of a list that are made an array at once
 
 
 def write_object(path: FilePath, document: Document) -> None:
@@ -34,9 +21,15 @@ def write_object(path: FilePath, document: Document) -> None:
 
 
 def entries_of(path: FilePath) -> Document:
-    """The JSON object in a file of that name, its numbers as floats."""
-    with readable(path) as handle:
-        return read_object(path, handle)
+    """The JSON object in a file of that name, its numbers as floats, long lists of them as arrays."""
+    with readable(path, binary=True) as handle:
+        return read_document(path, handle.read())
+
+
+def outline_of(path: FilePath) -> Document:
+    """What `entries_of` returns, with nothing in the place of long lists of numbers."""
+    with readable(path, binary=True) as handle:
+        return read_document(path, handle.read(), outline=True)
 
 
 def require_entries(path: FilePath, document: Document, needed: Sequence[str], optional: Sequence[str] = ()) -> None:
@@ -51,19 +44,29 @@ def require_entries(path: FilePath, document: Document, needed: Sequence[str], o
 def read_list(path: FilePath, document: Document, name: str) -> np.ndarray:
     """An entry that lists M numbers, or M nested lists of one shape, as (M, …); InputError names the item at fault."""
     items = document[name]
+    if isinstance(items, np.ndarray):
+        return _floats(f"{path}, {name}", items)
     if not isinstance(items, list) or not items:
         raise InputError(f"{path}, {name}: a list is needed")
-    try:
-        return _floats(name, items)
-    except InputError:
-        pass  # which item it is, is told below: arrays of each would take several times the memory
-    shape = _floats(f"{path}, {name}[0]", items[0]).shape
-    return np.array([_floats(f"{path}, {name}[{i}]", item, shape) for i, item in enumerate(items)])
+    return stacked(items, lambda i: f"{path}, {name}[{i}]")
+
+
+def stacked(items: list, place: Callable[[int], str]) -> np.ndarray:
+    """(M, …) of M numbers, or M nested lists of one shape; InputError names the place of the item at fault."""
+    shape = _floats(place(0), items[0]).shape
+    parts = []
+    for begin in range(0, len(items), PART):
+        part = items[begin : begin + PART]
+        try:
+            parts.append(_floats("", part, (len(part), *shape)))
+        except InputError:  # which item it is, is told below
+            parts += [_floats(place(begin + i), item, shape)[None] for i, item in enumerate(part)]
+    return np.concatenate(parts)
 
 
 def _floats(where: str, value: object, shape: tuple[int, ...] | None = None) -> np.ndarray:
     try:
-        numbers = np.array(value)
+        numbers = np.asarray(value)
     except ValueError:  # lists of different lengths
         numbers = None
     if numbers is None or numbers.dtype != float:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, Literal, TypeVar, get_args
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.files.recording import Recording
 from symmotion.motions import Keyframes
@@ -34,6 +35,8 @@ class Option:
     default: object = None
     check: Callable[[Any, str], object] | None = None  # Any: a value of the option's own kind
 
+    __repr__ = in_a_line
+
 
 @dataclass(frozen=True)
 class Format:
@@ -54,14 +57,15 @@ class Format:
     endings: tuple[str, ...]
     holds: Holds
     help: str
-    # Any: what is read and written depends on `holds`: the doors, `read_keyframes` and its like, have the types.
-    read: Callable[..., Any] | None = None
-    write: Callable[..., Any] | None = None
+    read: Callable[..., object] | None = None
+    write: Callable[..., object] | None = None
     reading: tuple[Option, ...] = ()
     writing: tuple[Option, ...] = ()
     claims: Callable[[FilePath], bool] | None = None
     check: Callable[..., object] | None = None
     whole: bool = False
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         checks.choice(self.holds, get_args(Holds), f"format {self.name}: holds")
@@ -177,16 +181,18 @@ def read_file(
     row = row_of(path, among, format)
     assert row.read is not None
     with _named(path, f"cannot be read as {row.name}"):
-        found: Any = row.read(path, **keywords(path, row, "read", options, among))  # whatever the row holds
-    # Keyframes may come with notes, which who asks for a Recording gets, and who asks for Keyframes does not.
-    if kind is Keyframes and isinstance(found, Recording):
-        found = found.keyframes
-    elif kind is Recording and isinstance(found, Keyframes):
-        found = Recording(found)
+        found = _asked(row.read(path, **keywords(path, row, "read", options, among)), kind)
     if not isinstance(found, kind):
         wanted = Keyframes if kind is Recording else kind
         raise InputError(f"{path}: {row.name} reads a {type(found).__name__}: {wanted.__name__} is needed")
     return found
+
+
+def _asked(found: object, kind: type) -> object:
+    """Keyframes may come with notes, which who asks for a Recording gets, and who asks for Keyframes does not."""
+    if kind is Keyframes and isinstance(found, Recording):
+        return found.keyframes
+    return Recording(found) if kind is Recording and isinstance(found, Keyframes) else found
 
 
 @contextmanager

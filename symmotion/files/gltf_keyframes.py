@@ -1,14 +1,19 @@
 """Keyframes out of the node animations of glTF files."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from functools import partial
+from itertools import chain as joined
 from itertools import groupby
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.checks import read_only
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
+from symmotion.files.gltf_channels import LEAST_NORM, Channel, channel_of, merged_keys, put_on, require_turns, unit
 from symmotion.files.gltf_nodes import (
     PATHS,
     Channels,
@@ -21,49 +26,16 @@ from symmotion.files.gltf_nodes import (
     parents_of,
     shown,
 )
-from symmotion.files.gltf_reading import GltfFile, Place, open_gltf
+from symmotion.files.gltf_reading import GltfFile, Items, Place, open_gltf
 from symmotion.files.gltf_skins import bound_corners, own_skin
-from symmotion.files.keys import HermiteKeys
 from symmotion.files.recording import Recording
 from symmotion.motions import Keyframes
-from symmotion.motions.interpolants import slerp
 from symmotion.motions.quaternions.algebra import rotate
 
 AT_REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
-SINGLE = 4 * float(np.finfo(np.float32).eps)  # of the largest time: what clocks of single precision differ by
-LEAST_NORM = 0.5  # quaternions of 8 bits are off by up to a hundredth; far smaller ones are no rotations
+PART = 2**12  # keys at which a node is placed at once, and nodes that are
 MOST_KEYS = 5_000_000
 MOST_PLACES = 50_000_000  # keys times nodes that move
-
-
-@dataclass(frozen=True, eq=False)
-class Channel:
-    """One animated property.
-
-    times: (K,); values: (K, c), of CUBICSPLINE (K, 3, c): slope before, value, slope behind.
-    """
-
-    interpolation: str
-    times: np.ndarray
-    values: np.ndarray
-
-    def __call__(self, t: np.ndarray, turning: bool) -> np.ndarray:
-        """The values (N, c) at times t (N,), held before the first and behind the last key; `turning`: quaternions."""
-        times, values = self.times, self.values
-        t = np.clip(t, times[0], times[-1])
-        if len(times) == 1:
-            values = values[:, 1] if self.interpolation == "CUBICSPLINE" else values
-            return np.repeat(values, len(t), axis=0)
-        if self.interpolation == "CUBICSPLINE":
-            return HermiteKeys(times, values[:, 1], values[:, 0], values[:, 2])(t)
-        if self.interpolation == "STEP":
-            return values[np.searchsorted(times, t, side="right") - 1]
-        k = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
-        u = (t - times[k]) / (times[k + 1] - times[k])
-        if not turning:
-            return (1 - u[:, None]) * values[k] + u[:, None] * values[k + 1]
-        following = values[k + 1] * np.where(np.sum(values[k] * values[k + 1], axis=1) < 0, -1.0, 1.0)[:, None]
-        return np.roll(slerp(np.roll(values[k], 1, axis=1), np.roll(following, 1, axis=1), u), -1, axis=1)
 
 
 def read_gltf_keyframes(
@@ -95,49 +67,53 @@ def read_gltf(
     times: ArrayLike | None = None,
 ) -> Recording:
     """As `read_gltf_keyframes`, with notes on which animation and node are read where there are several."""
-    file, where = open_gltf(path), Path(path)
-    nodes, animations = file.items("nodes"), file.items("animations")
-    parents = parents_of(nodes)
-    index = None if node is None else nodes.index(chosen(nodes, node, "node", where))
-    skin = own_skin(file, nodes, index)
-    chain = [] if index is None else ancestry(parents, index)
-    played, channels = animation_of(animations, nodes, animation, index, skin or chain, where)
-    notes = []
-    if len(animations) > 1:
-        notes.append(f"animation {named(played)} is read, of {shown(animations)}")
-    if skin:
-        keys, linear, translation = _skinned(file, nodes, parents, channels, skin, where)
-    else:
-        index = default_node(nodes, parents, channels, where) if index is None else index
-        if len(channels) > 1 and node is None:
-            notes.append(f"node {named(nodes[index])} is read, from which the others hang")
-        keys, linear, translation = _moved(file, nodes, channels, ancestry(parents, index), index, where)
+    (keys, linear, translation), body, notes = _found(path, node, animation)
     try:
-        return Recording(Keyframes(keys if times is None else times, linear, translation), tuple(notes))
+        return Recording(Keyframes(keys if times is None else times, linear, translation), notes)
     except InputError as error:
-        raise InputError(f"{path}, node {named(nodes[index or 0])}: {error}") from None
+        raise InputError(f"{path}, node {body}: {error}") from None
 
 
 Moved = tuple[np.ndarray, np.ndarray, np.ndarray]  # times (K,), linear parts (K, 3, 3), translations (K, 3)
 
 
-def _moved(file: GltfFile, nodes: list[Place], channels: Channels, chain: list[int], index: int, path: Path) -> Moved:
+def _found(path: FilePath, node: str | int | None, animation: str | int | None) -> tuple[Moved, str, tuple[str, ...]]:
+    """How a node of a file moves, its name, and notes."""
+    file, where = open_gltf(path), Path(path)
+    nodes, animations = file.items("nodes"), file.items("animations")
+    parents = parents_of(nodes)
+    index = None if node is None else chosen(nodes, node, "node", where)
+    skin = own_skin(file, nodes, index)
+    above = [] if index is None else ancestry(parents, index)
+    played, channels = animation_of(animations, nodes, animation, index, skin or above, where)
+    notes = [] if len(animations) == 1 else [f"animation {named(played)} is read, of {shown(animations)}"]
+    if skin:
+        return _skinned(file, nodes, parents, channels, skin, where), named(nodes[index or 0]), tuple(notes)
+    index = default_node(nodes, parents, channels, where) if index is None else index
+    if len(channels) > 1 and node is None:
+        notes.append(f"node {named(nodes[index])} is read, from which the others hang")
+    moved = _moved(file, nodes, channels, ancestry(parents, index), index, where)
+    return moved, named(nodes[index]), tuple(notes)
+
+
+def _moved(file: GltfFile, nodes: Items, channels: Channels, chain: list[int], index: int, path: Path) -> Moved:
     """Where a node is at the keys of itself and of those above it."""
     if not any(k in channels for k in chain):
         raise InputError(f"{path}: node {named(nodes[index])} does not move; animated are {listed(nodes, channels)}")
     read = _read(file, channels, chain, nodes[index])
-    keys = _keys(np.concatenate([c.times for part in read.values() for c in part.values()]))
+    keys = merged_keys(np.concatenate([c.times for part in read.values() for c in part.values()]))
+    read = _on_all(read, keys)
     moving = sum(map(bool, read.values()))
     if len(keys) * moving > MOST_PLACES:
         raise InputError(
             f"{path}: {len(keys)} keys of {moving} nodes that move {named(nodes[index])} are more than {MOST_PLACES:g} "
             "places: cut the animation into several"
         )
-    return keys, *_carried(nodes, _put_on_all(read, keys), keys)
+    return keys, *_carried(_steps(nodes, read), keys)
 
 
 def _skinned(
-    file: GltfFile, nodes: list[Place], parents: dict[int, int], channels: Channels, joints: list[int], path: Path
+    file: GltfFile, nodes: Items, parents: dict[int, int], channels: Channels, joints: list[int], path: Path
 ) -> Moved:
     """The affine positions of a body that four joints carry: A c_j + v = p_j, bound at the corners c_j."""
     corners = bound_corners(file)
@@ -146,32 +122,28 @@ def _skinned(
     stamps = [c.times for read in reads for part in read.values() for c in part.values()]
     if not stamps:
         raise InputError(f"{path}: the corners of the body do not move; animated are {listed(nodes, channels)}")
-    keys = _keys(np.concatenate(stamps))
-    places = np.stack([_carried(nodes, _put_on_all(read, keys), keys)[1] for read in reads], axis=1)
+    keys = merged_keys(np.concatenate(stamps))
+    places = np.stack([_carried(_steps(nodes, _on_all(read, keys)), keys)[1] for read in reads], axis=1)
     inverse = np.linalg.inv(np.column_stack([corners, np.ones(4)]))
     maps = np.swapaxes(inverse @ places, 1, 2)
     return keys, maps[:, :, :3], maps[:, :, 3]
 
 
-def _keys(times: np.ndarray) -> np.ndarray:
-    """The times of all keys, those that single precision hardly tells apart made one: the first of them."""
-    along = np.unique(times)
-    within = SINGLE * max(abs(along[0]), abs(along[-1]))
-    return along[np.concatenate([[True], np.diff(along) > within])]
-
-
-def _put_on_all(read: dict[int, dict[str, Channel]], keys: np.ndarray) -> dict[int, dict[str, Channel]]:
-    return {k: {name: _put_on(channel, keys) for name, channel in part.items()} for k, part in read.items()}
+def _on_all(read: dict[int, dict[str, Channel]], keys: np.ndarray) -> dict[int, dict[str, Channel]]:
+    return {
+        k: {name: put_on(channel, keys) for name, channel in part.items()} if part else part for k, part in read.items()
+    }
 
 
 def _read(file: GltfFile, channels: Channels, chain: list[int], node: Place) -> dict[int, dict[str, Channel]]:
     """The channels of a node and of those above it, upwards."""
     read: dict[int, dict[str, Channel]] = {}
     count = 0
+    still: dict[str, Channel] = {}  # one for all nodes that have none
     for k in chain:
-        read[k] = {}
+        read[k] = {} if k in channels else still
         for name, sampler in channels.get(k, {}).items():
-            read[k][name] = _channel(file, sampler, name)
+            read[k][name] = channel_of(file, sampler, name)
             count += len(read[k][name].times)
             # Samplers may share their data, so that a small file can ask for much.
             if count > MOST_KEYS:
@@ -179,64 +151,33 @@ def _read(file: GltfFile, channels: Channels, chain: list[int], node: Place) -> 
     return read
 
 
-def _carried(
-    nodes: list[Place], read: dict[int, dict[str, Channel]], times: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Linear parts (N, 3, 3) and translations (N, 3) in the scene, of nodes each in the next one's frame."""
-    linear, translation = np.eye(3)[None], np.zeros((1, 3))
+# Linear parts and translations at times (N,), of one node in the next one's frame, or of several that stand still.
+Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+def _steps(nodes: Items, read: dict[int, dict[str, Channel]]) -> list[Step]:
+    """The way of a node up into the scene."""
+    steps: list[Step] = []
     for moves, part in groupby(read, lambda k: bool(read[k])):
-        still = [] if moves else [_standing([nodes[k] for k in part])]
-        for a, v in still or (_local(nodes[k], read[k], times) for k in part):
-            linear, translation = a @ linear, v + (a @ translation[..., None])[..., 0]
-    return np.broadcast_to(linear, (len(times), 3, 3)), np.broadcast_to(translation, (len(times), 3))
+        if moves:
+            steps += [partial(_local, nodes[k], read[k]) for k in part]
+        else:
+            still = _standing(nodes, list(part))
+            steps.append(lambda times, still=still: still)
+    return steps
 
 
-def _put_on(channel: Channel, keys: np.ndarray) -> Channel:
-    """The channel with its keys at those of the whole animation that they agree with."""
-    near = keys[np.clip(np.searchsorted(keys, channel.times, side="right") - 1, 0, len(keys) - 1)]
-    close = np.abs(channel.times - near) <= SINGLE * max(abs(keys[0]), abs(keys[-1]))
-    times = np.where(close, near, channel.times)
-    return replace(channel, times=times) if (np.diff(times) > 0).all() else channel
-
-
-def _channel(file: GltfFile, sampler: Place, name: str) -> Channel:
-    interpolation = "LINEAR" if (place := sampler.get("interpolation")) is None else place.text()
-    if interpolation not in ("LINEAR", "STEP", "CUBICSPLINE"):
-        raise sampler["interpolation"].fault(f"{interpolation!r:.40}: LINEAR, STEP or CUBICSPLINE is needed")
-    times = file.accessor(sampler["input"], ("SCALAR",))[:, 0]
-    if (np.diff(times) <= 0).any():
-        raise sampler["input"].fault(f"key {int(np.argmax(np.diff(times) <= 0)) + 1}: times must increase")
-    width = PATHS[name]
-    values = file.accessor(sampler["output"], (f"VEC{width}",))
-    per_key = 3 if interpolation == "CUBICSPLINE" else 1
-    if len(values) != per_key * len(times):
-        raise sampler["output"].fault(f"{len(values)} values for {len(times)} keys: {per_key * len(times)} are needed")
-    if per_key == 3:
-        values = values.reshape(-1, 3, width)
-    if name == "rotation":
-        values = _aligned(values, sampler["output"]) if per_key == 3 else _unit(values, sampler["output"])
-    return Channel(interpolation, times, values)
-
-
-def _aligned(triples: np.ndarray, place: Place) -> np.ndarray:
-    """Cubic keys (K, 3, 4) of rotations, each with its slopes on the side of the one before.
-
-    q and −q are the same rotation, and what lies between a key and one of the other sign is none.
-    """
-    norms = np.linalg.norm(triples[:, 1], axis=1)
-    if (norms < LEAST_NORM).any():
-        k = int(np.argmax(norms < LEAST_NORM))
-        raise place.fault(f"rotation of key {k} has norm {norms[k]:.3g}: unit ones are needed")
-    turned = np.where(np.sum(triples[1:, 1] * triples[:-1, 1], axis=1) < 0, -1.0, 1.0)
-    return triples * np.cumprod(np.concatenate([[1.0], turned]))[:, None, None]
-
-
-def _unit(quaternions: np.ndarray, place: Place) -> np.ndarray:
-    norms = np.linalg.norm(quaternions, axis=1, keepdims=True)
-    if (norms < LEAST_NORM).any():
-        k = int(np.argmax(norms < LEAST_NORM))
-        raise place.fault(f"rotation {k} has norm {norms.min():.3g}: unit ones are needed")
-    return quaternions / norms
+def _carried(steps: list[Step], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Linear parts (N, 3, 3) and translations (N, 3) in the scene."""
+    linear, translation = np.empty((len(times), 3, 3)), np.empty((len(times), 3))
+    for begin in range(0, len(times), PART):
+        part = slice(begin, begin + PART)
+        a, v = np.eye(3)[None], np.zeros((1, 3))
+        for step in steps:
+            turned, moved = step(times[part])
+            a, v = turned @ a, moved + (turned @ v[..., None])[..., 0]
+        linear[part], translation[part] = a, v
+    return read_only(linear), read_only(translation)
 
 
 def _local(node: Place, channels: dict[str, Channel], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -251,7 +192,7 @@ def _local(node: Place, channels: dict[str, Channel], times: np.ndarray) -> tupl
         else:
             still = node.get(name)
             parts[name] = np.tile(AT_REST[name] if still is None else still.numbers(count), (len(times), 1))
-    return _placed(_unit(parts["rotation"], node), parts["scale"]), parts["translation"]
+    return _placed(unit(parts["rotation"], node), parts["scale"]), parts["translation"]
 
 
 def _placed(rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -260,22 +201,38 @@ def _placed(rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
     return np.swapaxes(turned, 1, 2) * scale[:, None, :]
 
 
-def _standing(nodes: list[Place]) -> tuple[np.ndarray, np.ndarray]:
+def _at_rest(nodes: Items, which: list[int], name: str) -> np.ndarray:
+    """(K, count) a property of nodes themselves."""
+    count, rest = PATHS[name], AT_REST[name]
+    values = [v.get(name, rest) if isinstance(v := nodes.values[k], dict) else () for k in which]
+    # At once; where one is at fault, one by one, which names it.
+    if all(isinstance(v, list | tuple) and len(v) == count for v in values):
+        found = np.array(values) if set(map(type, joined.from_iterable(values))) <= {float} else np.full(1, np.nan)
+        if np.isfinite(found).all():
+            return found
+    return np.array([rest if (still := nodes[k].get(name)) is None else still.numbers(count) for k in which])
+
+
+def _standing(nodes: Items, which: list[int]) -> tuple[np.ndarray, np.ndarray]:
     """Linear part (1, 3, 3) and translation (1, 3) of nodes that stand still, each in the next one's frame."""
-    parts: dict[str, list] = {name: [] for name in PATHS}
-    matrices = {}
-    for k, node in enumerate(nodes):
-        for name, count in PATHS.items():
-            still = node.get(name)
-            parts[name].append(AT_REST[name] if still is None else still.numbers(count))
-        if (matrix := node.get("matrix")) is not None:
-            matrices[k] = matrix.numbers(16).reshape(4, 4).T
-    rotation = np.array(parts["rotation"])
+    linear, translation = np.eye(3)[None], np.zeros((1, 3))
+    for begin in range(0, len(which), PART):
+        a, v = _chained(nodes, which[begin : begin + PART])
+        linear, translation = a @ linear, v + (a @ translation[..., None])[..., 0]
+    return linear, translation
+
+
+def _chained(nodes: Items, which: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    """As `_standing`, of so few that there is memory for all of them at once."""
+    parts = {name: _at_rest(nodes, which, name) for name in PATHS}
+    given = [i for i, k in enumerate(which) if "matrix" in cast(dict, nodes.values[k])]
+    matrices = {i: nodes[which[i]]["matrix"].numbers(16).reshape(4, 4).T for i in given}
+    rotation = parts["rotation"]
     norms = np.linalg.norm(rotation, axis=1)
     if (norms < LEAST_NORM).any():
-        k = int(np.argmax(norms < LEAST_NORM))
-        _unit(rotation[k : k + 1], nodes[k])
-    a, v = _placed(rotation / norms[:, None], np.array(parts["scale"])), np.array(parts["translation"])
+        i = int(np.argmax(norms < LEAST_NORM))
+        require_turns(rotation[i : i + 1], nodes[which[i]])
+    a, v = _placed(rotation / norms[:, None], parts["scale"]), parts["translation"]
     for k, matrix in matrices.items():
         a[k], v[k] = matrix[:3, :3], matrix[:3, 3]
     while len(a) > 1:  # in pairs: a chain may have a hundred thousand nodes

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from symmotion.errors import InputError
-from symmotion.files.gltf_reading import Place
+from symmotion.files.gltf_reading import Items, Place
 
 PATHS = {"translation": 3, "rotation": 4, "scale": 3}
 
@@ -16,34 +16,34 @@ def named(node: Place) -> str:
     return repr(name.text())[:60] if name is not None else node.way
 
 
-def listed(nodes: list[Place], moving: Channels) -> str:
+def listed(nodes: Items, moving: Channels) -> str:
     names = [named(nodes[k]) for k in moving]
     return ", ".join(names[:20]) + (" …" if len(names) > 20 else "") if names else "none"
 
 
-def chosen(items: list[Place], which: str | int, what: str, path: Path) -> Place:
-    """The item of a name or an index."""
+def chosen(items: Items, which: str | int, what: str, path: Path) -> int:
+    """The index of the item of a name or an index."""
     if isinstance(which, str):
-        alike = [item for item in items if (name := item.get("name")) is not None and name.value == which]
+        alike = [i for i, item in enumerate(items) if (name := item.get("name")) is not None and name.value == which]
         if len(alike) == 1:
             return alike[0]
         raise InputError(
             f"{path}: {len(alike)} {what}s are called {which!r}: give one's index, 0 to {len(items) - 1}; "
             f"there are {shown(items)}"
         )
-    if not items:
+    if not len(items):
         raise InputError(f"{path}: holds no {what}s, and so no keyframes")
     if not 0 <= which < len(items):
         raise InputError(f"{path}: {what} {which} does not exist: there are {len(items)}, {shown(items)}")
-    return items[which]
+    return which
 
 
-def shown(items: list[Place]) -> str:
+def shown(items: Items) -> str:
     """The names of items, or where those without one stand."""
     return ", ".join(named(item) for item in items[:20]) + (" …" if len(items) > 20 else "")
 
 
-def parents_of(nodes: list[Place]) -> dict[int, int]:
+def parents_of(nodes: Items) -> dict[int, int]:
     """The parent of every node that has one; InputError where a node has two or is its own ancestor."""
     above_of: dict[int, int] = {}
     for k, node in enumerate(nodes):
@@ -73,11 +73,13 @@ def ancestry(parents: dict[int, int], k: int) -> list[int]:
     return chain
 
 
-def default_node(nodes: list[Place], parents: dict[int, int], moving: Channels, path: Path) -> int:
+def default_node(nodes: Items, parents: dict[int, int], moving: Channels, path: Path) -> int:
     """The one animated node that all others hang from."""
     if not moving:
         raise InputError(f"{path}: the animation moves no node; translation, rotation or scale of one is needed")
     top = [k for k in ancestry(parents, next(iter(moving))) if k in moving][-1]
+    if len(moving) == 1:
+        return top
     below, open_ = {top}, [top]
     children: dict[int, list[int]] = {}
     for child, parent in parents.items():
@@ -91,7 +93,7 @@ def default_node(nodes: list[Place], parents: dict[int, int], moving: Channels, 
     return top
 
 
-def channels_of(nodes: list[Place], animation: Place) -> Channels:
+def channels_of(nodes: Items, animation: Place) -> Channels:
     samplers = animation.items("samplers")
     found: Channels = {}
     for channel in animation.items("channels"):
@@ -106,13 +108,13 @@ def channels_of(nodes: list[Place], animation: Place) -> Channels:
 
 
 def animation_of(
-    animations: list[Place], nodes: list[Place], which: str | int | None, node: int | None, chain: list[int], path: Path
+    animations: Items, nodes: Items, which: str | int | None, node: int | None, chain: list[int], path: Path
 ) -> tuple[Place, Channels]:
     """The animation of a name or index, when left out the first that moves the node, any node where it is None."""
     if which is not None:
-        chosen_one = chosen(animations, which, "animation", path)
+        chosen_one = animations[chosen(animations, which, "animation", path)]
         return chosen_one, channels_of(nodes, chosen_one)
-    if not animations:
+    if not len(animations):
         raise InputError(f"{path}: holds no animations, and so no keyframes")
     every: Channels = {}
     for animation in animations:

@@ -2,20 +2,22 @@
 
 import base64
 import binascii
-import io
 import math
+import os
 import struct
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import IO, overload
 from urllib.parse import unquote
 
 import numpy as np
 
+from symmotion.documents import read_document
 from symmotion.errors import InputError
-from symmotion.files.documents import read_object
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_document import BIN_CHUNK, JSON_CHUNK, MAGIC, VERSION
-from symmotion.opening import readable
+from symmotion.opening import readable_bytes
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -25,25 +27,34 @@ MOST_ENTRIES = 2_000_000
 MOST_ITEMS = 15_000_000  # of an accessor: bytes become doubles, eight times as large
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class Place:
-    """A value in a document and where: a file and the way in from its top, such as `nodes[3].rotation`."""
+    """A value in a document and where: a file, and the name or number of an item within the place above."""
 
     path: FilePath
     value: object
-    way: str = ""
+    above: "Place | None" = None
+    name: str | int = ""
+
+    @property
+    def way(self) -> str:
+        """The way in from the document's top, such as `nodes[3].rotation`."""
+        if self.above is None:
+            return ""
+        before = self.above.way
+        if isinstance(self.name, int):
+            return f"{before}[{self.name}]"
+        return f"{before}.{self.name}" if before else self.name
 
     def fault(self, message: str) -> InputError:
         """The error that names this place."""
-        return InputError(f"{self.path}, {self.way}: {message}" if self.way else f"{self.path}: {message}")
+        return InputError(f"{self.path}, {self.way}: {message}" if self.above else f"{self.path}: {message}")
 
     def get(self, name: str) -> "Place | None":
         """The entry of an object, or None if it has none of this name."""
         if not isinstance(self.value, dict):
             raise self.fault("an object is needed")
-        if name not in self.value:
-            return None
-        return Place(self.path, self.value[name], f"{self.way}.{name}" if self.way else name)
+        return Place(self.path, self.value[name], self, name) if name in self.value else None
 
     def __getitem__(self, name: str) -> "Place":
         entry = self.get(name)
@@ -51,14 +62,14 @@ class Place:
             raise self.fault(f"{name} is missing")
         return entry
 
-    def items(self, name: str) -> list["Place"]:
+    def items(self, name: str) -> "Items":
         """The items of the list that an entry is; none where it is left out."""
         entry = self.get(name)
         if entry is None:
-            return []
+            return Items(self, [])
         if not isinstance(entry.value, list):
             raise entry.fault("a list is needed")
-        return [Place(self.path, v, f"{entry.way}[{i}]") for i, v in enumerate(entry.value)]
+        return Items(entry, entry.value)
 
     def whole(self, least: int = 0, most: float = math.inf) -> int:
         """The value as a whole number from `least` to `most`."""
@@ -67,9 +78,9 @@ class Place:
             raise self.fault(f"{self.value!r:.40}: a whole number from {least} to {shown} is needed")
         return int(self.value)
 
-    def of(self, items: list["Place"]) -> "Place":
+    def of(self, items: "Items") -> "Place":
         """The item that the value is the index of."""
-        if not items:
+        if not len(items):
             raise self.fault("refers to a list that is empty or missing")
         return items[self.whole(0, len(items) - 1)]
 
@@ -88,6 +99,29 @@ class Place:
         return np.array(value)
 
 
+class Items(Sequence[Place]):
+    """The items of a list in a document, each made a place when it is asked for: there may be a hundred thousand."""
+
+    def __init__(self, above: Place, values: list):
+        self.above, self.values = above, values
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __iter__(self) -> Iterator[Place]:
+        path, above = self.above.path, self.above
+        return (Place(path, value, above, i) for i, value in enumerate(self.values))
+
+    @overload
+    def __getitem__(self, index: int) -> Place: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Place]: ...
+    def __getitem__(self, index: int | slice) -> Place | list[Place]:
+        if isinstance(index, slice):
+            return [self[i] for i in range(len(self))[index]]
+        return Place(self.above.path, self.values[index], self.above, index)
+
+
 @dataclass(frozen=True, eq=False)
 class GltfFile:
     """A file's document, the binary chunk that a .glb has, None else, and the buffers read so far."""
@@ -95,19 +129,16 @@ class GltfFile:
     document: Place
     chunk: bytes | None
     buffers: dict[int, memoryview] = field(default_factory=dict)
-    lists: dict[str, list[Place]] = field(default_factory=dict)
 
-    def items(self, name: str) -> list[Place]:
-        """The items of a list at the document's top, made once: each accessor asks for three."""
-        if name not in self.lists:
-            self.lists[name] = self.document.items(name)
-        return self.lists[name]
+    def items(self, name: str) -> Items:
+        """The items of a list at the document's top."""
+        return self.document.items(name)
 
     def accessor(self, index: Place, kinds: tuple[str, ...]) -> np.ndarray:
         """(count, width) the numbers of the accessor that `index` refers to, normalised integers as they mean.
 
-        kinds: the types that will do. Nothing is allocated before the buffer has been found to
-        be as large as the accessor says.
+        Those of single precision as the file has them, since they may be many, others in double. kinds: the types that
+        will do. Nothing is allocated before the buffer has been found to be as large as the accessor says.
         """
         accessor = index.of(self.items("accessors"))
         kind = accessor["type"].text()
@@ -124,7 +155,7 @@ class GltfFile:
             raw, most = np.broadcast_to(np.zeros(1), (count, WIDTHS[kind])), MOST_ZEROS
         if count > most:
             raise accessor["count"].fault(f"{count} items: {most} at most are read")
-        flat = raw.astype(float)
+        flat = raw if number.kind == "f" and accessor.get("sparse") is None else raw.astype(float)
         if (sparse := accessor.get("sparse")) is not None:
             self._substitute(sparse, flat, number)
         normalized = accessor.get("normalized")
@@ -195,14 +226,14 @@ def open_gltf(path: FilePath) -> GltfFile:
 
     Raises InputError that names the file and the byte or entry at fault.
     """
-    with readable(path, binary=True) as handle:
-        data = handle.read()
-        binary = data.startswith(MAGIC) or Path(path).suffix.lower() == ".glb"
-        text, chunk = _chunks(path, data) if binary else (data, None)
+    with readable_bytes(path) as handle:
+        binary = handle.read(len(MAGIC)) == MAGIC or Path(path).suffix.lower() == ".glb"
+        handle.seek(0)
+        text, chunk = _chunks(path, handle) if binary else (handle.read(), None)
         # Every entry takes far more memory than it has characters; embedded data has none of these.
         if sum(text.count(mark) for mark in b"[{,") > MOST_ENTRIES:
             raise InputError(f"{path}: its document has more than {MOST_ENTRIES} entries")
-        document = read_object(path, io.TextIOWrapper(io.BytesIO(text), encoding="utf-8-sig"))
+        document = read_document(path, text, arrays=False)
     return GltfFile(_versioned(Place(path, document)), chunk)
 
 
@@ -213,27 +244,29 @@ def _versioned(document: Place) -> Place:
     return document
 
 
-def _chunks(path: FilePath, data: bytes) -> tuple[bytes, bytes | None]:
+def _chunks(path: FilePath, handle: IO[bytes]) -> tuple[bytes, bytes | None]:
     """The JSON and the binary chunk of a .glb."""
-    if len(data) < 20:
-        raise InputError(f"{path}: {len(data)} bytes are too few for a .glb file")
-    magic, version, length = struct.unpack_from("<4sII", data)
+    there = handle.seek(0, os.SEEK_END)
+    handle.seek(0)
+    if there < 20:
+        raise InputError(f"{path}: {there} bytes are too few for a .glb file")
+    magic, version, length = struct.unpack("<4sII", handle.read(12))
     if magic != MAGIC:
         raise InputError(f"{path}, byte 0: {magic!r}: {MAGIC!r} begins a .glb file")
     if version != VERSION:
         raise InputError(f"{path}, byte 4: version {version}: version {VERSION} is read")
-    if length != len(data):
-        raise InputError(f"{path}, byte 8: claims {length} bytes where the file has {len(data)}: is it cut off?")
+    if length != there:
+        raise InputError(f"{path}, byte 8: claims {length} bytes where the file has {there}: is it cut off?")
     chunks: list[tuple[bytes, bytes]] = []
     offset = 12
-    while offset < len(data):
-        if offset + 8 > len(data):
+    while offset < there:
+        if offset + 8 > there:
             raise InputError(f"{path}, byte {offset}: a chunk begins and is cut off")
-        size, name = struct.unpack_from("<I4s", data, offset)
-        if offset + 8 + size > len(data):
+        size, name = struct.unpack("<I4s", handle.read(8))
+        if offset + 8 + size > there:
             raise InputError(f"{path}, byte {offset}: a chunk claims {size} bytes, beyond the end of the file")
-        chunks.append((name, data[offset + 8 : offset + 8 + size]))
-        offset += 8 + size
+        chunks.append((name, handle.read(size) if len(chunks) < 2 else b""))
+        offset = handle.seek(offset + 8 + size)
     if chunks[0][0] != JSON_CHUNK:
         raise InputError(f"{path}, byte 12: the first chunk is {chunks[0][0]!r}: {JSON_CHUNK!r} is needed")
     return chunks[0][1], chunks[1][1] if len(chunks) > 1 and chunks[1][0] == BIN_CHUNK else None
@@ -260,7 +293,7 @@ def _beside(uri: Place) -> bytes:
     if len(parts) > 1 and not target.resolve().is_relative_to(here.resolve()):
         raise uri.fault(f"{name!r:.60}: leads out of the directory")
     try:
-        with readable(target, binary=True) as handle:
+        with readable_bytes(target) as handle:
             return handle.read()
     except InputError as error:
         raise uri.fault(str(error)) from None

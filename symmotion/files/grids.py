@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.tables import Columns, read_numbers, table_of
@@ -71,6 +72,8 @@ class ToolPath:
     u: np.ndarray
     v: np.ndarray
     displacements: DualQuaternions
+
+    __repr__ = in_a_line
 
     def keyframes(self) -> list[tuple[tuple[float, float], Affine]]:
         """The poses as `fair` takes them."""

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.files.documents import entries_of, read_list, require_entries, write_object
+from symmotion.files.documents import entries_of, outline_of, read_list, require_entries, write_object
 from symmotion.files.formats import FilePath
 from symmotion.files.positions import Positions
 from symmotion.motions import Keyframes
@@ -27,5 +27,5 @@ def write_keyframes_json(keyframes: Keyframes, path: FilePath) -> None:
 
 def is_keyframes_json(path: FilePath) -> bool:
     """Whether a JSON file has linear parts, and no mark of another kind."""
-    document = entries_of(path)
+    document = outline_of(path)
     return "linear" in document and "symmotion" not in document

@@ -3,7 +3,7 @@
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.files.documents import entries_of, read_list, require_entries
+from symmotion.files.documents import entries_of, outline_of, read_list, require_entries
 from symmotion.files.formats import FilePath
 from symmotion.files.saved import class_saved, load_as
 from symmotion.motions import AffineMotion
@@ -17,9 +17,9 @@ ENTRIES = ("degree", "periodic", "knots", "linear", "translation")
 
 def read_motion_json(path: FilePath) -> AffineMotion:
     """The motion that `save` wrote, or `write_motion` of 0.1.0; InputError names the file and the entry at fault."""
-    document = entries_of(path)
-    if class_saved(document) is not None:
+    if class_saved(outline_of(path)) is not None:
         return load_as(path, AffineMotion)
+    document = entries_of(path)
     mark, version = (document.get(name) for name in MARK)
     if mark != MARK["symmotion"]:
         raise InputError(f"{path}: symmotion is {mark!r:.40}: 'value', as `save` writes it, is needed for a motion")
@@ -51,5 +51,5 @@ def write_motion_json(motion: AffineMotion, path: FilePath) -> None:
 
 def is_motion_json(path: FilePath) -> bool:
     """Whether a JSON file has the mark of a motion, or was saved from an affine one."""
-    document = entries_of(path)
+    document = outline_of(path)
     return class_saved(document) == "AffineMotion" or document.get("symmotion") == MARK["symmotion"]

@@ -1,7 +1,9 @@
 """Poses out of the columns of a table: units, ways to write a turn, rows of lost tracking."""
 
 import re
-from collections.abc import Callable, Sequence
+from array import array
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +14,7 @@ from symmotion.files.columns import Chosen, Told
 from symmotion.files.formats import FilePath
 from symmotion.files.names import DEGREE, METRES, NO_UNIT, RADIANS, SECONDS
 from symmotion.files.positions import Positions
-from symmotion.files.tables import Columns, Table, number, read_numbers
+from symmotion.files.tables import Columns, Growing, Table, number, number_parts
 
 NORM_TOLERANCE = 1e-3
 AFFINE_TOLERANCE = 1e-6
@@ -32,37 +34,58 @@ class Telling(NamedTuple):
     norms: float | None = None
 
 
+@dataclass
+class Seen:
+    """What is said once of all rows: how many are dropped, and where first; how many normalised, and how far off."""
+
+    dropped: int = 0
+    first: int = 0
+    normalised: int = 0
+    furthest: float = 0.0
+
+    def notes(self) -> Iterator[str]:
+        if self.dropped:
+            yield f"{self.dropped} rows of lost tracking are dropped, the first in line {self.first}"
+        if self.normalised:
+            yield f"{self.normalised} quaternions are normalised, norms up to {self.furthest:.3g} from 1"
+
+
 def positions_of(path: FilePath, table: Table, header: Columns, chosen: Chosen, telling: Telling) -> Positions:
     """The positions in a table's rows, in seconds, metres and radians where units are named."""
-    notes = list(chosen.notes)
-    stamp, scale = _stamps(path, table, chosen, notes)
+    notes, seen, d = list(chosen.notes), Seen(), chosen.dimension
+    stamp, unit = _stamps(path, table, chosen, notes)
     columns = [*(() if stamp else chosen.time), *chosen.place, *chosen.turn]
-    lost = telling.lost == "drop"
-    numbers, lines = read_numbers(path, table.rows, columns, len(header), lost, stamp)
+    metres = _scales(path, header, chosen, chosen.place, METRES, "metres", notes)
+    radians = _radians(path, header, chosen, telling, notes)
     counted = 1 if chosen.time else 0
-    t, v, a = np.split(numbers, np.cumsum([counted, len(chosen.place)]), axis=1)
-    if lost:
-        kept = _tracked(numbers, a if chosen.kind == "quaternion" else None)
-        if not kept.all():
-            first = lines[int(np.argmin(kept))]
-            notes.append(f"{int((~kept).sum())} rows of lost tracking are dropped, the first in line {first}")
-            t, v, a, lines = t[kept], v[kept], a[kept], np.asarray(lines)[kept]
-            if not len(lines):
-                raise InputError(f"{path}: holds no keyframes: tracking is lost in all rows")
-    d = chosen.dimension
-    v = v * _scales(path, header, chosen, chosen.place, METRES, "metres", notes)
-    linear, inside = _linear(path, header, chosen, a, lines, telling, notes)
-    if not chosen.place:
-        v = np.zeros((len(linear), d)) if inside is None else inside
-    times = t[:, 0] * scale if counted else None
-    return Positions(linear.reshape(-1, d, d), v, times, lambda i: f"line {lines[i]}", tuple(notes))
+    times, linear, translation, lines = Growing(), Growing(d, d), Growing(d), array("q")
+    # Part by part: the numbers of all rows, beside what is made of them, would take twice the memory.
+    for numbers, places in number_parts(path, table.rows, columns, len(header), telling.lost == "drop", stamp):
+        if telling.lost == "drop":
+            numbers, places = _tracked(numbers, places, chosen, seen)
+            if not len(places):
+                continue
+        t, v, a = np.split(numbers, np.cumsum([counted, len(chosen.place)]), axis=1)
+        turned, inside = _linear(path, chosen, a * radians, places, telling, seen)
+        linear.add(turned.reshape(-1, d, d))
+        translation.add(v * metres if chosen.place else np.zeros((len(t), d)) if inside is None else inside)
+        times.add(t[:, 0] * unit if counted else np.empty(0))
+        lines.frombytes(places.tobytes())
+    if not lines:
+        raise InputError(f"{path}: holds no keyframes: tracking is lost in all rows")
+    found = (linear.whole(), translation.whole(), times.whole() if counted else None)
+    return Positions(*found, lambda i: f"line {lines[i]}", (*notes, *seen.notes()))
 
 
-def _tracked(numbers: np.ndarray, quaternions: np.ndarray | None) -> np.ndarray:
-    """(M,) whether rows hold a pose: all finite, and a quaternion that is not zero."""
-    if quaternions is not None:
-        numbers = np.where(np.abs(quaternions).max(axis=1, keepdims=True) > 0, numbers, np.nan)
-    return np.asarray(np.isfinite(numbers).all(axis=1))
+def _tracked(numbers: np.ndarray, lines: np.ndarray, chosen: Chosen, seen: Seen) -> tuple[np.ndarray, np.ndarray]:
+    """The rows that hold a pose, and their lines: all finite, and a quaternion that is not zero."""
+    kept = np.isfinite(numbers).all(axis=1)
+    if chosen.kind == "quaternion":
+        kept &= (numbers[:, -4:] != 0).any(axis=1)
+    if not kept.all():
+        seen.first = seen.first or int(lines[np.argmin(kept)])
+        seen.dropped += int((~kept).sum())
+    return numbers[kept], lines[kept]
 
 
 def _stamps(
@@ -115,43 +138,47 @@ def _scales(
     return np.array(found)
 
 
+def _radians(path: FilePath, header: Columns, chosen: Chosen, telling: Telling, notes: list[str]) -> np.ndarray:
+    """By which columns of a turn are multiplied: ones where they are no angles."""
+    if chosen.kind in ("quaternion", "matrix"):
+        return np.ones(1)
+    default = DEGREE if telling.angles == "deg" else 1.0
+    found = _scales(path, header, chosen, chosen.turn, RADIANS, "radians", notes, default)
+    if chosen.kind != "angle" and _silent(chosen, telling):
+        notes.append("angles without a unit are taken as radians")
+    if chosen.kind not in ("angle", "rotvec"):
+        notes.append(f"Euler angles are taken as {chosen.kind}: {', '.join(header[i].strip() for i in chosen.turn)}")
+    return found
+
+
+def _silent(chosen: Chosen, telling: Telling) -> bool:
+    """Whether nothing says what unit angles have."""
+    return telling.angles is None and any(chosen.units.get(i) is None for i in chosen.turn)
+
+
 def _linear(
-    path: FilePath,
-    header: Columns,
-    chosen: Chosen,
-    a: np.ndarray,
-    lines: Sequence[int] | np.ndarray,
-    telling: Telling,
-    notes: list[str],
+    path: FilePath, chosen: Chosen, a: np.ndarray, lines: np.ndarray, telling: Telling, seen: Seen
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Linear parts, and the translations that matrices may have."""
     from scipy.spatial.transform import Rotation  # here: see as_rotations
 
     if chosen.kind == "quaternion":
-        return Rotation.from_quat(_unit(path, a, lines, telling.norms, notes)).as_matrix(), None
+        return Rotation.from_quat(_unit(path, a, lines, telling.norms, seen)).as_matrix(), None
     if chosen.kind == "matrix":
         return _split(path, a, chosen, lines)
-    default = DEGREE if telling.angles == "deg" else 1.0
-    a = a * _scales(path, header, chosen, chosen.turn, RADIANS, "radians", notes, default)
     if chosen.kind == "angle":
         return np.hstack([np.cos(a), -np.sin(a), np.sin(a), np.cos(a)]), None
-    silent = telling.angles is None and any(chosen.units.get(i) is None for i in chosen.turn)
-    if silent and (wrong := np.abs(a).max(axis=1) > TURN).any():
+    if _silent(chosen, telling) and (wrong := np.abs(a).max(axis=1) > TURN).any():
         i = int(np.argmax(wrong))
         raise InputError(
             f"{path}, line {lines[i]}: an angle of {np.abs(a[i]).max():g}: degrees? say angles='deg' or angles='rad'"
         )
-    if silent:
-        notes.append("angles without a unit are taken as radians")
     if chosen.kind == "rotvec":
         return Rotation.from_rotvec(a).as_matrix(), None
-    notes.append(f"Euler angles are taken as {chosen.kind}: {', '.join(header[i].strip() for i in chosen.turn)}")
     return Rotation.from_euler(chosen.kind, a).as_matrix(), None
 
 
-def _split(
-    path: FilePath, a: np.ndarray, chosen: Chosen, lines: Sequence[int] | np.ndarray
-) -> tuple[np.ndarray, np.ndarray | None]:
+def _split(path: FilePath, a: np.ndarray, chosen: Chosen, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
     """Linear parts and translations of matrices (M, rows · columns)."""
     if not chosen.whole:
         return a, None
@@ -165,11 +192,7 @@ def _split(
 
 
 def _unit(
-    path: FilePath,
-    quaternions: np.ndarray,
-    lines: Sequence[int] | np.ndarray,
-    tolerance: float | None,
-    notes: list[str],
+    path: FilePath, quaternions: np.ndarray, lines: np.ndarray, tolerance: float | None, seen: Seen
 ) -> np.ndarray:
     """The quaternions (M, 4), scalar-last; InputError where a norm is further from 1 than the tolerance."""
     within = NORM_TOLERANCE if tolerance is None else checks.positive(tolerance, "norms")
@@ -181,8 +204,7 @@ def _unit(
         raise InputError(
             f"{path}, line {lines[i]}: a quaternion of norm {norms[i]:.6g}: unit quaternions are needed; {remedy}"
         )
-    if tolerance is not None and (off := np.abs(norms - 1)).max() > NORM_TOLERANCE:
-        notes.append(
-            f"{int((off > NORM_TOLERANCE).sum())} quaternions are normalised, norms up to {off.max():.3g} from 1"
-        )
+    if (off := np.abs(norms - 1)).max(initial=0.0) > NORM_TOLERANCE:
+        seen.normalised += int((off > NORM_TOLERANCE).sum())
+        seen.furthest = max(seen.furthest, float(off.max()))
     return quaternions

@@ -36,8 +36,9 @@ class Positions:
         if times is None:
             if repeated in ("drop", "merge") and found.times is not None:
                 found = found._apart(path, repeated)
-            times = np.arange(len(found.linear)) if found.times is None else found.times
-            _require_increasing(path, times, found.place)
+            if found.times is not None:
+                _require_increasing(path, found.times, found.place)
+            times = np.arange(len(found.linear), dtype=float) if found.times is None else found.times
         try:
             return Recording(Keyframes(times, found.linear, found.translation), found.notes)
         except InputError as error:

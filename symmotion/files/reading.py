@@ -1,7 +1,6 @@
 """Keyframes and motions out of files: the doors, which find the format in the table."""
 
 from collections.abc import Iterable
-from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -78,7 +77,6 @@ def read_keyframes(
     return read_recording(path, format, every=every, rate=rate, formats=formats, **given).keyframes
 
 
-# Any: the options of the format's row, which checks them.
 def read_recording(
     path: FilePath,
     format: str | None = None,
@@ -86,7 +84,7 @@ def read_recording(
     every: int | None = None,
     rate: float | None = None,
     formats: Iterable[Format] = FORMATS,
-    **options: Any,
+    **options: object,
 ) -> Recording:
     """Keyframes as `read_keyframes` reads them, with notes: what was chosen, left out, repaired, and where gaps are."""
     _require_path(path, "read_recording", Keyframes, "these are keyframes")

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.motions import Keyframes
 
@@ -17,6 +18,8 @@ class Recording:
 
     keyframes: Keyframes
     notes: tuple[str, ...] = ()
+
+    __repr__ = in_a_line
 
 
 def gaps(times: np.ndarray) -> str | None:
@@ -47,9 +50,8 @@ def thinned(recording: Recording, every: int | None = None, rate: float | None =
         kept = np.where(targets - times[right - 1] <= times[right] - targets, right - 1, right)
         kept = np.arange(count) if wanted > count else kept
     else:
-        kept = np.arange(count)
-    kept = np.unique(np.append(kept, count - 1))
-    if len(kept) < count:
+        kept = None
+    if kept is not None and len(kept := np.unique(np.append(kept, count - 1))) < count:
         keyframes = keyframes[kept]
         notes.append(f"{len(kept)} of {count} keyframes are kept")
     if (gap := gaps(keyframes.times)) is not None:

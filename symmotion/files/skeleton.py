@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.motions import Keyframes, copy_deviations, keyframes_from_copies
 
@@ -27,6 +28,8 @@ class Joint:
     parent: int
     offset: np.ndarray
     channels: tuple[str, ...]
+
+    __repr__ = in_a_line
 
 
 class AffineFit(NamedTuple):

@@ -10,6 +10,7 @@ from typing import TextIO
 
 import numpy as np
 
+from symmotion.checks import read_only
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.numbers import finite
@@ -18,6 +19,7 @@ Rows = Iterator[tuple[int, list[str]]]  # the number of the line and its fields
 Columns = Sequence[str]
 COMMENT = "#"
 REMEMBERED = 100  # comments above the rows, of which the last may name the columns
+PART = 2**12  # rows that are made numbers at once
 LONGEST = 10**6  # characters of a line of the first ones
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?|[-+]?\d+,")
 NOTHING = {"", "nan", "inf", "+inf", "-inf", "null", "none", "na", "n/a", "-"}
@@ -151,36 +153,66 @@ def number(word: str) -> float:
         raise
 
 
-def read_numbers(
+def read_numbers(path: FilePath, rows: Rows, columns: Sequence[int], width: int) -> tuple[np.ndarray, np.ndarray]:
+    """The chosen columns of all rows, each `width` fields long, as (M, C), and the line of each, (M,)."""
+    numbers, lines = zip(*number_parts(path, rows, columns, width), strict=True)
+    return np.concatenate(numbers), np.concatenate(lines)
+
+
+def number_parts(
     path: FilePath,
     rows: Rows,
     columns: Sequence[int],
     width: int,
     lost: bool = False,
     special: Callable[[list[str]], float] | None = None,
-) -> tuple[np.ndarray, Sequence[int]]:
-    """The chosen columns of all rows, each `width` fields long, as (M, C), and the line of each, (M,).
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """As `read_numbers`, PART rows at once.
 
     lost: whether fields that are empty or not finite become NaN. special: makes a number in front, of a row's fields.
     """
-    numbers, lines = array("d"), array("q")
     count = len(columns) + (special is not None)
-    for line, fields in rows:
-        if len(fields) != width and not (len(fields) == width + 1 and not fields[-1].strip()):
-            raise InputError(f"{path}, line {line}: {len(fields)} columns, not {width}{_advice(fields)}")
-        try:
-            if special is not None:
-                numbers.append(special(fields))
-            if lost:
-                numbers.extend(_or_nothing(fields[column]) for column in columns)
-            else:
-                numbers.extend(_plainly(fields, columns))
-        except InputError as error:
-            raise InputError(f"{path}, line {line}: {error}") from None
-        lines.append(line)
-    if not lines:
-        raise InputError(f"{path}: holds no keyframes")
-    return np.frombuffer(numbers).reshape(-1, count), lines
+    number = 0
+    while True:
+        numbers, lines = array("d"), array("q")
+        for line, fields in islice(rows, PART):
+            if len(fields) != width and not (len(fields) == width + 1 and not fields[-1].strip()):
+                raise InputError(f"{path}, line {line}: {len(fields)} columns, not {width}{_advice(fields)}")
+            try:
+                if special is not None:
+                    numbers.append(special(fields))
+                if lost:
+                    numbers.extend(_or_nothing(fields[column]) for column in columns)
+                else:
+                    numbers.extend(_plainly(fields, columns))
+            except InputError as error:
+                raise InputError(f"{path}, line {line}: {error}") from None
+            lines.append(line)
+        if not lines:
+            if number == 0:
+                raise InputError(f"{path}: holds no keyframes")
+            return
+        number += len(lines)
+        yield np.frombuffer(numbers).reshape(-1, count), np.frombuffer(lines, np.int64)
+
+
+class Growing:
+    """An array (N, …) to which parts are added in place: they are never there twice."""
+
+    def __init__(self, *shape: int):
+        self._rows, self._count = np.empty((PART, *shape)), 0
+
+    def add(self, part: np.ndarray) -> None:
+        count = self._count + len(part)
+        if count > len(self._rows):
+            self._rows.resize((count + count // 8, *self._rows.shape[1:]), refcheck=False)
+        self._rows[self._count : count] = part
+        self._count = count
+
+    def whole(self) -> np.ndarray:
+        """All that was added, writes refused; nothing is added any more."""
+        self._rows.resize((self._count, *self._rows.shape[1:]), refcheck=False)
+        return read_only(self._rows)
 
 
 def _plainly(fields: Sequence[str], columns: Sequence[int]) -> list[float]:

@@ -1,12 +1,10 @@
 """Two-parameter motions in and out of JSON and NPZ files."""
 
-from typing import Any
-
 import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.archives import read_arrays
-from symmotion.files.documents import entries_of, read_list, require_entries
+from symmotion.files.documents import entries_of, outline_of, read_list, require_entries
 from symmotion.files.formats import FilePath
 from symmotion.files.saved import class_saved, load_as
 from symmotion.motions.dual import DualQuaternions
@@ -23,9 +21,9 @@ NET = (("axis", "angle"), ("translation", "knots_u", "knots_v"))
 
 def read_net_json(path: FilePath) -> TwoParameterMotion:
     """The motion, or net of displacements, of a JSON object; see `read_two_parameter`."""
-    document = entries_of(path)
-    if class_saved(document) is not None:
+    if class_saved(outline_of(path)) is not None:
         return load_as(path, TwoParameterMotion)
+    document = entries_of(path)
     entries = {k: read_list(path, document, k) for k in document if k not in MARK}
     return _made(path, entries, {k: document[k] for k in MARK if k in document})
 
@@ -43,20 +41,19 @@ def write_net_json(motion: TwoParameterMotion, path: FilePath) -> None:
 def write_net_npz(motion: TwoParameterMotion, path: FilePath) -> None:
     """Write a motion as an archive of arrays."""
     with whole_file(path, binary=True) as handle:
-        np.savez(handle, **{k: np.array(v) for k, v in MARK.items()}, **_entries(motion))
+        np.savez(handle, **{k: np.array(v) for k, v in MARK.items()}, **_entries(motion), allow_pickle=False)
 
 
 def is_net_json(path: FilePath) -> bool:
     """Whether a JSON file has the mark of a two-parameter motion, was saved from one, or has what a net needs."""
-    document = entries_of(path)
+    document = outline_of(path)
     if class_saved(document) == "TwoParameterMotion":
         return True
     mark = document.get("symmotion")
     return mark == MARK["symmotion"] or (mark is None and set(NET[0]) <= document.keys())
 
 
-# Any: arrays, which `savez` tells from its flags by name only.
-def _entries(motion: TwoParameterMotion) -> dict[str, Any]:
+def _entries(motion: TwoParameterMotion) -> dict[str, np.ndarray]:
     entries = {
         "degree": np.array([motion.u.degree, motion.v.degree]),
         "knots_u": motion.u.knots,

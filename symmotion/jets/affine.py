@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.jets.inertia import as_inertia
-from symmotion.jets.jet import body_point, column
+from symmotion.jets.jet import body_point, column, of_kind
 
 HIGHEST_ORDER = 3
 
@@ -24,6 +24,8 @@ class Jet:
     linear: tuple[ca.SX, ...]
     translation: tuple[ca.SX, ...]
     t: ca.SX
+
+    __repr__ = of_kind
 
     @property
     def kind(self) -> str:

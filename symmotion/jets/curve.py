@@ -6,7 +6,7 @@ import casadi as ca
 
 from symmotion.errors import InputError
 from symmotion.jets.affine import HIGHEST_ORDER
-from symmotion.jets.jet import column
+from symmotion.jets.jet import column, of_kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +18,8 @@ class CurveJet:
 
     derivatives: tuple[ca.SX, ...]
     t: ca.SX
+
+    __repr__ = of_kind
 
     @property
     def kind(self) -> str:
@@ -66,6 +68,8 @@ class NetJet:
     derivatives: tuple[ca.SX, ...]
     t: ca.SX
     parameters: int = 2
+
+    __repr__ = of_kind
 
     @property
     def kind(self) -> str:

@@ -49,6 +49,11 @@ class BodyJet(AnyJet, Protocol):
         ...
 
 
+def of_kind(self: AnyJet) -> str:
+    """The `__repr__` of jets."""
+    return f"{type(self).__name__}({self.kind})"
+
+
 T = TypeVar("T")
 COMPARISONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR)
 

@@ -8,14 +8,16 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.jets.affine import HIGHEST_ORDER, Jet
 from symmotion.jets.curve import CurveJet
 from symmotion.jets.jet import AnyJet
 from symmotion.jets.space import UNKNOWN, Reading, interleaved
 from symmotion.kernels import Kernel
+from symmotion.motions import AffineMotion
 from symmotion.program import Block
-from symmotion.splines import BSplineBasis, gauss
+from symmotion.splines import BSplineBasis, Spline, gauss
 
 
 def sided(basis: BSplineBasis, t: np.ndarray, order: int, side: int) -> sparse.csr_array:
@@ -63,6 +65,8 @@ class LinearSpace:
     # The coordinates that an expression is taken to read: all up to the highest it names, rounded up to one of these.
     groups: tuple[int, ...] = field(default=())
     shift: np.ndarray | None = None
+
+    __repr__ = in_a_line
 
     @property
     def unshifted(self) -> "LinearSpace":
@@ -204,3 +208,12 @@ class JetKernel:
         channels = slice(0, self.channels)
         data = space.numbers(self.kernel.data, space.basis.origin + since)
         return Block(name, self.kernel, space.variable, channels, operator, nodes, weight * weights.ravel(), data)
+
+
+def space_of(motion: AffineMotion | Spline) -> tuple[LinearSpace, np.ndarray]:
+    """The space of a spline, and its controls (n, width) there."""
+    if isinstance(motion, AffineMotion):
+        d = motion.dimension
+        return affine_space(motion.basis, d, d * d + d), motion.spline.control_points
+    shape = motion.control_points.shape[1:]
+    return curve_space(motion.basis, shape), motion.control_points.reshape(motion.basis.n, -1)

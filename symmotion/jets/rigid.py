@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from symmotion.errors import InputError
 from symmotion.jets import rotation
 from symmotion.jets.inertia import as_inertia
-from symmotion.jets.jet import body_point, column
+from symmotion.jets.jet import body_point, column, of_kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +27,8 @@ class RigidJet:
     rates: Callable[[], tuple[ca.SX, ca.SX]]
     path: Callable[[], tuple[ca.SX, ...]] | None
     t: ca.SX
+
+    __repr__ = of_kind
 
     @cached_property
     def quaternion(self) -> ca.SX:

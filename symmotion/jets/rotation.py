@@ -21,7 +21,7 @@ def symbols(name: str = "quaternion") -> ca.SX:
 
 
 def written_once(*sizes: int) -> Callable[[Callable[..., ca.SX]], Callable[..., ca.SX]]:
-    """An expression of vectors of these sizes, written in symbols once: CasADi copies 20 times faster than Python."""
+    """An expression of vectors of these sizes, written in symbols once: CasADi copies it faster than Python says it."""
 
     def of(expression: Callable[..., ca.SX]) -> Callable[..., ca.SX]:
         @lru_cache(maxsize=1)

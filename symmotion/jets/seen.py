@@ -1,9 +1,9 @@
 """Motions that are there, seen as jets: the entries of their jets as numbers at times, and on pieces as polynomials."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import casadi as ca
 import numpy as np
@@ -16,10 +16,22 @@ from symmotion.jets.rigid import rigid_jet
 from symmotion.jets.turned import turned_pieces
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.quaternions import QuaternionMotion
-from symmotion.splines import Spline
+from symmotion.motions.quaternions.curve import QuaternionJet
+from symmotion.splines import Spline, SplineLike
 from symmotion.splines.pieces import EPS, Poly, spline_pieces
 
 ORDERS = HIGHEST_ORDER + 1
+
+
+@runtime_checkable
+class Timed(Protocol):
+    """A motion or curve of any kind, of the user's own too: called with times and an order of derivative."""
+
+    @property
+    def domain(self) -> tuple[float, float]: ...
+
+    # Any: positions, unit quaternions or points, as its kind has it.
+    def __call__(self, t: np.ndarray, nu: int = 0, /) -> Any: ...
 
 
 class Seen(Protocol):
@@ -157,7 +169,7 @@ class SeenRigid:
 class SeenSampled:
     """Any other motion, called with (times, order): known at times only."""
 
-    motion: Any  # of the user's own, which is asked for what it has
+    motion: Timed
 
     @property
     def domain(self) -> tuple[float, float]:
@@ -174,15 +186,15 @@ class SeenSampled:
         return (value.size, 1) if value.ndim < 2 else value.shape
 
     @property
-    def turns(self) -> bool:
-        return hasattr(self.motion, "jet")
+    def turns(self) -> Callable[[np.ndarray, int], QuaternionJet] | None:
+        return getattr(self.motion, "jet", None)
 
     @property
     def dimension(self) -> int:
         return int(getattr(self.motion, "dimension", 0))
 
     def symbols(self, slot: int = 0) -> AnyJet:
-        if self.turns:
+        if self.turns is not None:
             return rigid_jet(ca.SX.sym("jet", 11), False)
         d = self.dimension
         if d:
@@ -190,8 +202,8 @@ class SeenSampled:
         return curve_jet(ca.SX.sym("jet", ORDERS * int(np.prod(self._shape)) + 1), self._shape)
 
     def numbers(self, times: np.ndarray, needed: Sequence[int]) -> np.ndarray:
-        if self.turns:
-            jet = self.motion.jet(times, 2)
+        if self.turns is not None:
+            jet = self.turns(times, 2)
             return np.column_stack([jet.quaternion, jet.rate, jet.acceleration, times])
         d, n, columns = self.dimension, len(times), []
         size = d * d + d if d else int(np.prod(self._shape))
@@ -220,8 +232,7 @@ def time_pieces(left: np.ndarray, right: np.ndarray) -> Poly:
     return Poly.of(np.stack([left, right]), EPS * np.maximum(np.abs(left), np.abs(right)))
 
 
-# Any: a motion or curve of the user's own, which is asked for what it has.
-def seen(motion: Any) -> Seen:
+def seen(motion: object) -> Seen:
     """A motion or curve of any kind as jets; InputError where it is none."""
     if isinstance(motion, AffineMotion):
         return SeenSpline(motion.spline, motion.dimension)
@@ -233,15 +244,14 @@ def seen(motion: Any) -> Seen:
         flat = Spline(spline.basis, spline.control_points.reshape(spline.basis.n, -1))
         return SeenSpline(flat, shape=shape if len(shape) == 2 else (flat.control_points.shape[1], 1))
     ends = getattr(motion, "domain", None)
-    if not callable(motion) or not isinstance(ends, tuple | list) or np.shape(ends) != (2,):
+    if not isinstance(motion, Timed) or not isinstance(ends, tuple | list) or np.shape(ends) != (2,):
         raise InputError(f"motion: a {type(motion).__name__} is no motion or curve with a domain (begin, end)")
     return SeenSampled(motion)
 
 
-# Any: as for `seen`.
-def _as_spline(curve: Any) -> Spline | None:
+def _as_spline(curve: object) -> Spline | None:
     """The curve as a spline, None where it is none."""
-    if not hasattr(curve, "to_bspline"):
+    if not isinstance(curve, SplineLike):
         return None
     try:
         return curve.to_bspline()

@@ -56,6 +56,9 @@ class Written:
 
     codes: tuple[tuple[tuple[str, ...], str], ...]
 
+    def __repr__(self) -> str:
+        return f"Written({', '.join(' and '.join(kinds) for kinds, _ in self.codes)})"
+
     @staticmethod
     def of(
         function: Callable[..., Any],  # a function of the user's own

@@ -7,7 +7,7 @@ from sys import intern
 import casadi as ca
 import numpy as np
 
-# Instructions: beyond, to look for common subexpressions takes seconds and finds a hundredth of them.
+# Instructions from which looking for what is said twice, at 10 µs for each, does not pay; no compiler takes these.
 LONG = 20_000
 
 
@@ -27,6 +27,16 @@ class Kernel:
     out: ca.SX
     channels: int
     squares: bool = False
+
+    def __repr__(self) -> str:
+        return f"Kernel({self.nature})"
+
+    @property
+    def nature(self) -> str:
+        """What it is, in words."""
+        order = "linear" if self.linear else "quadratic" if self.quartic else "nonlinear"
+        expressions = f"{self.out.numel()} {order} expression{'s' * (self.out.numel() != 1)}"
+        return f"{'squares of ' * self.squares}{expressions} of {self.z.numel()} local values"
 
     @property
     def rows(self) -> int:
@@ -95,23 +105,19 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     mu = ca.SX.sym("mu", out.numel())
     theta, sigma = ca.SX.sym("theta"), ca.SX.sym("sigma", out.numel())
     phi = ca.sumsqr(out) if squares else ca.dot(mu, out)
-    long = base.n_instructions() * z.numel() > LONG
     if kind == "out":
         result = out
     elif kind == "value":
         result = phi
     elif kind == "gradient":
         result = ca.gradient(phi, z)
-    elif kind == "hessian":
-        jacobian, hessian = _slopes(out, mu, z, long)
-        if squares:
-            jacobian, hessian = ca.substitute([jacobian, hessian], [mu], [2 * theta * out])
-            hessian = 2 * jacobian.T @ jacobian + hessian
+    elif kind in ("hessian", "barrier"):
+        jacobian, hessian = _slopes_and_curvature(out, mu, z, data)
+        if kind == "barrier":
+            hessian = theta * hessian + jacobian.T @ ca.diag(sigma) @ jacobian
+        elif squares:
+            hessian = 2 * jacobian.T @ jacobian + ca.substitute(hessian, mu, 2 * theta * out)
         # One triangle is computed and mirrored: CasADi does not see that the two are equal.
-        result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
-    elif kind == "barrier":
-        jacobian, hessian = _slopes(out, mu, z, long)
-        hessian = theta * hessian + jacobian.T @ ca.diag(sigma) @ jacobian
         result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
     elif kind == "jacobian":
         result = ca.vec(ca.densify(ca.jacobian(out, z)).T)
@@ -142,16 +148,19 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
             inputs.append(sigma)
     else:
         inputs, outputs = [z, data, mu], [result]
-    dense = [ca.densify(o) for o in outputs]
-    function = ca.Function("kernel", inputs, dense)
-    return function if function.n_instructions() > LONG else ca.Function("kernel", inputs, ca.cse(dense))
+    outputs = [ca.densify(o) for o in outputs]
+    plain = ca.Function("kernel", inputs, outputs)
+    return plain if plain.n_instructions() > LONG else ca.Function("kernel", inputs, ca.cse(outputs))
 
 
-def _slopes(out: ca.SX, mu: ca.SX, z: ca.SX, long: bool) -> tuple[ca.SX, ca.SX]:
-    """J = ∂out/∂z and ∂²(muᵀ out)/∂z²; where that is long by one sweep, in which what both need is there once."""
-    if not long:
-        return ca.jacobian(out, z), ca.hessian(ca.dot(mu, out), z)[0]
-    both = ca.jacobian(ca.vertcat(out, ca.gradient(ca.dot(mu, out), z)), z)
+def _slopes_and_curvature(out: ca.SX, mu: ca.SX, z: ca.SX, data: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """∂out/∂z and ∂²(muᵀ out)/∂z²."""
+    found = ca.jacobian(out, z), ca.hessian(ca.dot(mu, out), z)[0]
+    if ca.Function("both", [z, data, mu], found).n_instructions() <= LONG:
+        return found
+    # The tangents of `out` are part of those of its gradient: one sweep says them once.
+    out, gradient = ca.cse([out, ca.gradient(ca.dot(mu, out), z)])
+    both = ca.jacobian(ca.vertcat(out, gradient), z)
     return both[: out.numel(), :], both[out.numel() :, :]
 
 

@@ -68,6 +68,9 @@ class Mapped:
             for _ in range(threads)
         ]
 
+    def __repr__(self) -> str:
+        return f"Mapped({self.count} nodes, {'compiled' if self.compiled else 'interpreted'})"
+
     def each(self, use: Callable[[slice, list[np.ndarray]], None], *inputs: np.ndarray | None) -> None:
         """Call use(nodes, outputs) for every chunk: its slice of the nodes and the outputs there, (nodes, size) each.
 

@@ -1,5 +1,7 @@
 """Keyframes and motions: numbers in, numbers out."""
 
+from typing import TYPE_CHECKING
+
 from symmotion.motions import examples
 from symmotion.motions.affine import AffineMotion
 from symmotion.motions.dual import DualQuaternions
@@ -14,6 +16,7 @@ from symmotion.motions.rigid import RigidSamples, orthonormalise, polar_factors
 from symmotion.motions.rotations import as_rotations
 from symmotion.motions.symmetry import POINT_GROUPS, symmetry_group
 from symmotion.motions.two_parameter import TwoParameterMotion
+from symmotion.renamed import moved
 
 __all__ = [
     "PARAMETRISATIONS",
@@ -41,3 +44,16 @@ __all__ = [
     "smooth_net",
     "symmetry_group",
 ]
+
+if not TYPE_CHECKING:
+    # Names of 0.1.0.
+    __getattr__ = moved(
+        __name__,
+        {
+            "quaternions": "QuaternionMotion interpolate_quaternions",
+            "interpolants": """
+                component_cubic log_blend polar_blend shoemake_bezier shoemake_interpolant slerp slerp_curve squad
+                steady_morph
+            """,
+        },
+    )

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import floats, numbers, read_only
+from symmotion.checks import floats, held, read_only
 from symmotion.errors import InputError
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
@@ -38,10 +38,10 @@ class DualQuaternions:
     dual: np.ndarray = None  # pyright: ignore[reportAssignmentType]
 
     def __post_init__(self):
-        real = numbers(self.real, "quaternions")
+        real = held(self.real, "quaternions")
         if real.ndim == 0 or real.shape[-1] != 4:
             raise InputError(f"quaternions of shape {real.shape}: (…, 4) is needed, scalar first")
-        dual = np.zeros_like(real) if self.dual is None else numbers(self.dual, "dual parts")
+        dual = np.zeros_like(real) if self.dual is None else held(self.dual, "dual parts")
         if dual.shape != real.shape:
             raise InputError(f"dual parts of shape {dual.shape}: {real.shape}, that of the real parts, is needed")
         for bad, word in (

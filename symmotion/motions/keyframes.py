@@ -277,13 +277,13 @@ def _positions(positions: "Rotations | Affine | RigidTransform", scalar_first: b
 
 
 def _check_positions(linear: ArrayLike, translation: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
-    linear = checks.numbers(linear, "linear parts")
+    linear = checks.held(linear, "linear parts")
     if linear.ndim != 3 or linear.shape[1] != linear.shape[2] or linear.shape[1] not in (2, 3):
         raise InputError(f"linear parts of shape {linear.shape}: (M, 2, 2) or (M, 3, 3) is needed")
     m, d = linear.shape[:2]
     if m < 2:
         raise InputError(f"{m} keyframe{'s' * (m != 1)}: a motion needs at least 2")
-    translation = np.zeros((m, d)) if translation is None else checks.numbers(translation, "translations")
+    translation = np.zeros((m, d)) if translation is None else checks.held(translation, "translations")
     if translation.shape != (m, d):
         raise InputError(f"translations of shape {translation.shape} for {m} keyframes in {d}D: ({m}, {d}) is needed")
     finite = np.isfinite(linear).all(axis=(1, 2)) & np.isfinite(translation).all(axis=1)

@@ -1,5 +1,7 @@
 """Programs of small symbolic kernels: structure and evaluation. It knows no motions."""
 
+from typing import TYPE_CHECKING
+
 from symmotion.program.block import WHOLE, Block, BlockEvaluator
 from symmotion.program.bounded import Bounded
 from symmotion.program.evaluate import Evaluator, Pattern
@@ -21,6 +23,7 @@ from symmotion.program.program import (
     Turning,
 )
 from symmotion.program.quadrature import QUADRATURE, Quadrature
+from symmotion.renamed import moved
 
 __all__ = [
     "QUADRATURE",
@@ -49,3 +52,16 @@ __all__ = [
     "Turning",
     "excess_at",
 ]
+
+if not TYPE_CHECKING:
+    # Names of 0.1.0.
+    __getattr__ = moved(
+        __name__,
+        {
+            "systems": "Certificate Condensed HessianTriangle Saddle certify kkt_pattern system_of",
+            "kernels": "Kernel Kernels available_processors",
+        },
+        {
+            "gradient_scale": "certificate.decrement, which needs no scale",
+        },
+    )

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.kernels.kernel import Kernel
 from symmotion.kernels.mapped import Kernels, Mapped, kernel_function
@@ -40,6 +41,14 @@ class Block:
     def __post_init__(self):
         if not len(self.weights):
             raise InputError(f"block {self.name!r} has no nodes: leave it out")
+
+    def __repr__(self) -> str:
+        return f"Block({self.nature})"
+
+    @property
+    def nature(self) -> str:
+        """What it is, in words."""
+        return f"{self.name}: {self.elements} elements × {self.nodes} nodes, {self.kernel.nature}"
 
     @property
     def count(self) -> int:
@@ -118,6 +127,8 @@ class LocalTables:
     blocks: np.ndarray
     gather: sparse.csr_array
 
+    __repr__ = in_a_line
+
     @staticmethod
     def of(block: Block, operator: sparse.csr_array) -> "LocalTables":
         """The tables of a block for its operator, or for its operator times a null-space basis."""
@@ -178,6 +189,9 @@ class BlockEvaluator:
         self._functions: dict[str, Mapped] = {}
         kernel = block.kernel
         self._ones = np.ones((block.count, kernel.out.numel())) if not kernel.squares else None
+
+    def __repr__(self) -> str:
+        return f"BlockEvaluator({self.block.nature})"
 
     def prepare(self, kind: str) -> Mapped:
         """The function of one kind (see `derive`), made at its first use."""

@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -32,6 +31,9 @@ class Bounded:
         self.framed = replace(program, terms=terms, constraints=equal, structure=made[2])
         self.evaluator = Evaluator(self.equal, kernels, threads)
         self.sides = Evaluator(self.bounds, kernels, threads)
+
+    def __repr__(self) -> str:
+        return f"Bounded({self.equal.conditions} equalities, {self.bounds.conditions} bounds)"
 
     @property
     def lower(self) -> np.ndarray:
@@ -99,8 +101,9 @@ def _taken_apart(
     return tuple(parts[0]), tuple(parts[1]), (np.concatenate(places[0] + none), np.concatenate(places[1] + none))
 
 
-# Any: indices of NumPy's, arrays or slices.
-def _pieces(c: Constraint, wanted: np.ndarray, program: Program) -> Iterator[tuple[Constraint, tuple[Any, ...]]]:
+def _pieces(
+    c: Constraint, wanted: np.ndarray, program: Program
+) -> Iterator[tuple[Constraint, tuple[np.ndarray | slice, ...]]]:
     """Constraints of the components (E, C) that are wanted, each with the places of its own there."""
     if wanted.all():
         yield c, (slice(None), slice(None))

@@ -8,6 +8,7 @@ from typing import get_args
 import numpy as np
 from scipy import sparse
 
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.kernels.mapped import Kernels, default_threads
 from symmotion.program.block import BlockEvaluator, LocalTables
@@ -25,6 +26,8 @@ class Pattern:
     tables: tuple[LocalTables, ...]
     targets: tuple[np.ndarray, ...]
     size: int
+
+    __repr__ = in_a_line
 
 
 class Evaluator:
@@ -45,6 +48,9 @@ class Evaluator:
         self.terms = [BlockEvaluator(b, kernels, threads) for b in program.terms]
         self.constraints = [BlockEvaluator(c.block, kernels, threads) for c in program.constraints]
         self.seconds, self.counts = 0.0, Counter[str]()
+
+    def __repr__(self) -> str:
+        return f"Evaluator({self.program.unknowns} unknowns, {self.program.conditions} conditions)"
 
     def prepare(self, *kinds: str) -> None:
         """Derive the terms' functions of these kinds now instead of at their first use."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol, TypeVar
 
 import numpy as np
 
@@ -53,7 +53,11 @@ def excess_at(values: np.ndarray, lower: np.ndarray, upper: np.ndarray, times: n
     return Excess(max(0.0, float(worst[row].max())), float("nan") if times is None else float(times[row, 0]))
 
 
-class Everywhere(Protocol):
+# What a program holds of it: a `Constraint`, which has one of these.
+Held = TypeVar("Held")
+
+
+class Everywhere(Protocol[Held]):
     """A condition that is meant for all times, from which a program holds it at some of them."""
 
     def excess(self, motion: object, parameters: Mapping[str, np.ndarray]) -> Excess:
@@ -75,7 +79,6 @@ class Everywhere(Protocol):
         """(M,) the first and the last of its times, as the program tells them, and those where it may not be smooth."""
         ...
 
-    # Any: a Constraint, which has one of these.
-    def at(self, times: np.ndarray, constraint: Any) -> Any:
+    def at(self, times: np.ndarray, constraint: Held) -> Held:
         """The constraint held at other times (N, s), its kernel and its parameters kept."""
         ...

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.program.block import WHOLE, Block
 from symmotion.program.everywhere import Everywhere
@@ -54,7 +55,7 @@ class Constraint:
     matrix: bool = False
     parameters: tuple[ParameterPlace, ...] = ()
     times: np.ndarray | None = None
-    everywhere: Everywhere | None = None
+    everywhere: "Everywhere[Constraint] | None" = None
     power: int = 1
 
     @staticmethod
@@ -62,6 +63,16 @@ class Constraint:
         """kernel = 0 at every node."""
         zero = np.zeros((block.count, block.kernel.out.numel()))
         return Constraint(block, zero, zero)
+
+    def __repr__(self) -> str:
+        return f"Constraint({self.nature})"
+
+    @property
+    def nature(self) -> str:
+        """What it is, in words."""
+        kind = "equality" if self.is_equality else "bounds"
+        where = f", everywhere, held at {self.block.count} times" if self.everywhere else ""
+        return f"{self.block.nature}; {self.size} multipliers, {kind}{where}"
 
     @property
     def name(self) -> str:
@@ -186,6 +197,8 @@ class Target:
     numbers: np.ndarray
     part: slice
 
+    __repr__ = in_a_line
+
 
 @dataclass(frozen=True, eq=False)
 class Targets:
@@ -195,11 +208,14 @@ class Targets:
     dimension: int
     places: tuple[Target, ...]
 
+    __repr__ = in_a_line
+
 
 @runtime_checkable
 class Targeted(Protocol):
     """A design that meets or follows affine positions."""
 
+    # Any: the program's design is of the same kind.
     def targets(self, program: "Program[Any]") -> Mapping[str, Targets]:
         """By name, such as "keyframes", where they are in the program's data."""
         ...
@@ -329,17 +345,16 @@ class Program(Generic[DesignT]):
                 return c
         raise InputError(f"no constraint {name!r}; there are {', '.join(c.name for c in self.constraints) or 'none'}")
 
-    # Any: other fields of the program.
-    def with_data(self, name: str, data: np.ndarray, **changes: Any) -> "Program[DesignT]":
+    def with_data(self, name: str, data: np.ndarray) -> "Program[DesignT]":
         """The same program with other data in one constraint; structure and compiled kernels are kept.
 
         Structure not where the data are factors of the unknowns: the Jacobian is kept there.
         """
         target = self.constraint(name)
         fresh = replace(target, block=target.block.with_data(data))
-        if self.linear and target.block.kernel.bilinear:
-            changes = {"structure": Structure(), **changes}
-        return replace(self, constraints=tuple(fresh if c is target else c for c in self.constraints), **changes)
+        structure = Structure() if self.linear and target.block.kernel.bilinear else self.structure
+        constraints = tuple(fresh if c is target else c for c in self.constraints)
+        return replace(self, constraints=constraints, structure=structure)
 
     def sharing(self, other: "Program") -> "Program[DesignT]":
         """This program on the structure of another one, with what was derived from it, where only data differ."""
@@ -473,23 +488,10 @@ class Program(Generic[DesignT]):
     def __str__(self) -> str:
         lines = [f"Program: {self.unknowns} unknowns, {self.conditions} conditions"]
         lines += [f"  unknown     {name}: {v.shape[0]} × {v.shape[1]}" for name, v in self.start.items()]
-        lines += [f"  term        {_describe(b)}" for b in self.terms]
-        for c in self.constraints:
-            kind = "equality" if c.is_equality else "bounds"
-            where = f", everywhere, held at {c.block.count} times" if c.everywhere else ""
-            lines.append(f"  constraint  {_describe(c.block)}; {c.size} multipliers, {kind}{where}")
+        lines += [f"  term        {b.nature}" for b in self.terms]
+        lines += [f"  constraint  {c.nature}" for c in self.constraints]
         lines += [f"  parameter   {name}: {np.array2string(v, precision=6)}" for name, v in self.parameters.items()]
         lines += [f"  note        {note}" for note in self.notes]
         return "\n".join(lines)
 
     __repr__ = __str__
-
-
-def _describe(block: Block) -> str:
-    kernel = block.kernel
-    nature = "squares of " if kernel.squares else ""
-    order = "linear" if kernel.linear else "quadratic" if kernel.quartic else "nonlinear"
-    return (
-        f"{block.name}: {block.elements} elements × {block.nodes} nodes, {nature}{kernel.out.numel()} {order} "
-        f"expression{'s' * (kernel.out.numel() != 1)} of {kernel.z.numel()} local values"
-    )

@@ -23,6 +23,7 @@ A study of your own is a function that returns a `StudyResult`. A figure is draw
 
 from typing import TYPE_CHECKING
 
+from symmotion.renamed import moved
 from symmotion.report.carrying import Travelling
 from symmotion.report.page import require_writable, write_report
 from symmotion.report.values import (
@@ -42,13 +43,13 @@ if TYPE_CHECKING:
     from symmotion.report.players import player
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> object:
     # Matplotlib takes long to import, and who reads or writes values needs none of it.
     if name in __all__:
         from symmotion.report import figures, players
 
         return getattr(figures if hasattr(figures, name) else players, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return moved(__name__, {"bodies": "Body"})(name)
 
 
 __all__ = [

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.bodies.places import dimension_of
+from symmotion.brief import in_a_line
 from symmotion.motions import Affine
 from symmotion.motions.motion import Moving
 
@@ -32,6 +33,8 @@ class Travelling:
 
     curve: Callable[[ArrayLike, int], np.ndarray]
     domain: tuple[float, float]
+
+    __repr__ = in_a_line
 
     @property
     def dimension(self) -> int:

@@ -15,12 +15,13 @@ from importlib import import_module, resources
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, FunctionLoader, StrictUndefined
 from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
 from symmotion.bodies import Body
 from symmotion.errors import InputError
+from symmotion.report.trust import tally, trust
 from symmotion.report.values import Figure, Player, Run, StudyRecord, require_distinct
 from symmotion.svg import as_element
 from symmotion.tables import shown
@@ -82,11 +83,13 @@ def _study(record: StudyRecord) -> dict[str, Json]:
     result = record.result
     return {
         "name": record.name,
+        "subject": record.subject,
         "question": record.question,
         "source": record.source,
         "status": record.status,
         "error": record.error or None,
         "seconds": record.seconds,
+        "answer": (result.answer or None) if result else None,
         "conclusion": result.conclusion if result else None,
         "notes": list(result.notes) if result else [],
         "figures": list(_figures([record])),
@@ -137,13 +140,28 @@ def _processor() -> str | None:
 
 
 def _page(records: Sequence[StudyRecord], document: dict[str, Json], title: str, intro: str) -> str:
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
-    environment.filters |= {"shown": shown, "duration": duration, "inline": inline, "paragraphs": paragraphs}
+    environment = Environment(
+        loader=FunctionLoader(_resource),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+    )
+    environment.filters |= {
+        "shown": shown,
+        "duration": duration,
+        "inline": inline,
+        "small": small,
+        "paragraphs": paragraphs,
+        "trust": trust,
+    }
     bodies = list(dict.fromkeys(player.body for r in records if r.result for player in r.result.players))
     environment.filters["moved"] = lambda player: _embedded(_moved(player, bodies))
-    script = _resource("player.js") if bodies else ""
-    return environment.from_string(_resource("page.html.jinja")).render(
-        records=records,
+    script = _resource("scene.js") + _resource("player.js") if bodies else ""
+    subjects = dict.fromkeys(record.subject for record in records)
+    return environment.get_template("page.html.jinja").render(
+        groups=[(name.capitalize(), [r for r in records if r.subject == name]) for name in subjects],
+        tally=tally(records),
         document=document,
         title=title,
         intro=intro,
@@ -165,6 +183,7 @@ def _moved(player: Player, bodies: Sequence[Body]) -> dict[str, Json]:
         "alt": player.alt or player.caption,
         "dimension": player.dimension,
         "domain": player.domain,
+        "start": player.start,
     }
 
 
@@ -196,3 +215,14 @@ def paragraphs(text: str) -> list[str]:
 def inline(figure: Figure, prefix: str) -> Markup:
     """A figure as an element of the page: labelled, its ids kept apart from those of other figures by a prefix."""
     return as_element(figure.svg, figure.alt or figure.caption, f"{prefix}-{figure.name}")
+
+
+def small(figure: Figure, prefix: str) -> Markup:
+    """The same figure once more, small: drawn by reference, it adds nothing to the page."""
+    box = re.match(r'<svg [^>]*viewBox="([-\d. ]+)"', figure.svg)
+    if box is None:
+        return Markup("")
+    width, height = box[1].split()[2:]
+    drawn = Markup('<use href="#{}-{}" width="{}" height="{}"/>').format(prefix, figure.name, width, height)
+    head = Markup('<svg viewBox="{}" preserveAspectRatio="xMinYMin" aria-hidden="true">').format(box[1])
+    return head + drawn + Markup("</svg>")

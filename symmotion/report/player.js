@@ -4,46 +4,7 @@
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
   const bodies = JSON.parse(document.getElementById("bodies").textContent);
   const STEPS = 200; // of the slider
-  const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
-  const mix = (a, b, w) => a.map((x, i) => (1 - w) * x + w * b[i]);
-  const css = (c, alpha = 1) => `rgba(${c.map((x) => Math.round(x)).join(",")},${alpha})`;
-  const rgb = (text) => text.match(/[\d.]+/g).slice(0, 3).map(Number);
-  const hex = (text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16));
-
-  // Hermite's cubic between the two times about t: d·d numbers of A row by row, then d of the translation.
-  function poseAt({ times, poses, rates }, t) {
-    let low = 0, high = times.length - 1;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (times[middle] <= t) low = middle; else high = middle;
-    }
-    const h = times[high] - times[low], s = clamp((t - times[low]) / h, 0, 1), r = 1 - s;
-    return poses[low].map((p, i) => r * r * ((1 + 2 * s) * p + h * s * rates[low][i])
-      + s * s * ((1 + 2 * r) * poses[high][i] - h * r * rates[high][i]));
-  }
-
-  function carry(pose, point) {
-    const d = point.length;
-    return point.map((_, i) => point.reduce((sum, x, j) => sum + pose[i * d + j] * x, pose[d * d + i]));
-  }
-
-  // Right, up and towards the eye; in the plane there is nothing to turn.
-  function projection(dimension, yaw, pitch) {
-    if (dimension === 2) return (p) => [p[0], p[1], 0];
-    const [cy, sy, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
-    return ([x, y, z]) => [cy * y - sy * x, cp * z - sp * (cy * x + sy * y), sp * z + cp * (cy * x + sy * y)];
-  }
-
-  // How lit a face is, from 0 to 1, by Newell's normal in view coordinates; both sides alike.
-  function light(face) {
-    const n = [0, 0, 0];
-    face.forEach((a, k) => {
-      const b = face[(k + 1) % face.length];
-      for (let i = 0; i < 3; i++) n[i] += (a[(i + 1) % 3] - b[(i + 1) % 3]) * (a[(i + 2) % 3] + b[(i + 2) % 3]);
-    });
-    const towards = (n[2] < 0 ? -1 : 1) / (Math.hypot(...n) || 1);
-    return clamp(towards * (-0.35 * n[0] + 0.55 * n[1] + 0.76 * n[2]), 0, 1);
-  }
+  const { clamp, mix, css, rgb, hex, poseAt, carry, projection, light, camera } = scene;
 
   function element(tag, properties = {}, ...children) {
     const made = document.createElement(tag);
@@ -62,9 +23,13 @@
     const digits = clamp(2 - Math.floor(Math.log10(end - begin)), 0, 12);
     const seconds = data.unit === "s" ? clamp(end - begin, 3, 12) : 6;
     let t = begin, shown = 0, playing = false, visible = false, stale = true, last = 0; // stale: a frame is asked for
+    let all = false; // whether the whole path is shown where the camera would follow the body
     let [yaw, pitch] = home;
-    const sampled = (track, steps) =>
-      Array.from({ length: steps + 1 }, (_, k) => poseAt(track, begin + (k / steps) * (end - begin)));
+    const paths = tracks.map((track) => {
+      const steps = 4 * Math.max(30, track.times.length);
+      return Array.from({ length: steps + 1 }, (_, k) => carry(poseAt(track, begin + (k / steps) * (end - begin)), data.centre));
+    });
+    const { follows, ratio, places } = camera(data, body.corners, projection(d, yaw, pitch));
     const chosen = () => (shown < tracks.length ? [tracks[shown]] : tracks);
 
     // The controls.
@@ -169,30 +134,9 @@
       const unit = data.unit ? ` ${data.unit}` : "";
       const centre = carry(poses[0], data.centre).map((x) => Number(x.toPrecision(3)));
       scrub.value = Math.round(((t - begin) / (end - begin)) * STEPS);
-      clock.textContent = `${t.toFixed(digits)}${unit}`;
+      clock.textContent = `${(t - data.start).toFixed(digits)}${unit}`;
       scrub.setAttribute("aria-valuetext", `${clock.textContent}, body at ${centre.join(", ")}`);
       Object.assign(figure.dataset, { time: t, pose: poses[0].join(" "), view: `${yaw} ${pitch}`, playing });
-    }
-
-    // Everything that is passed through fits, whichever motion is shown: the switch from one to another moves no camera.
-    let cloud, fitted = {};
-    function fit(project, width, height) {
-      const key = `${yaw} ${pitch} ${width} ${height}`;
-      if (fitted.key === key) return fitted;
-      const corners = cloud ? [] : box(body.corners);
-      cloud ??= [...data.keyframes, ...tracks.flatMap((track) => sampled(track, 60))]
-        .flatMap((pose) => corners.map((p) => carry(pose, p)));
-      const seen = cloud.map(project);
-      const [low, high] = [Math.min, Math.max].map((f) => [0, 1].map((i) => seen.reduce((m, p) => f(m, p[i]), seen[0][i])));
-      const size = [high[0] - low[0], high[1] - low[1]];
-      const scale = 0.94 * Math.min(width / (size[0] || 1), height / (size[1] || 1));
-      const [x, y] = [0, 1].map((i) => (low[i] + high[i]) / 2);
-      const place = (p) => [width / 2 + scale * (p[0] - x), height / 2 - scale * (p[1] - y)];
-      return (fitted = { key, place, ratio: size[1] / (size[0] || 1) });
-    }
-    function box(corners) {
-      const ends = corners[0].map((_, i) => [Math.min(...corners.map((c) => c[i])), Math.max(...corners.map((c) => c[i]))]);
-      return ends.reduce((made, pair) => made.flatMap((p) => pair.map((x) => [...p, x])), [[]]);
     }
 
     function draw() {
@@ -206,15 +150,15 @@
       canvas.height = Math.round(height * sharp);
       context.scale(sharp, sharp);
       context.lineJoin = "round";
-      const { place } = fit(project, width, height);
+      const place = places(project, `${yaw} ${pitch}`, width, height, t, all);
       const ink = rgb(getComputedStyle(figure).color), paper = rgb(getComputedStyle(document.body).backgroundColor);
       const trace = (points, close) => {
         context.beginPath();
         points.forEach((p, i) => context[i ? "lineTo" : "moveTo"](...p));
         if (close) context.closePath();
       };
-      for (const track of chosen()) {
-        trace(sampled(track, 120).map((pose) => place(project(carry(pose, data.centre)))));
+      for (const path of shown < tracks.length ? [paths[shown]] : paths) {
+        trace(path.map((point) => place(project(point))));
         context.strokeStyle = css(ink, 0.55);
         context.lineWidth = 1;
         context.stroke();
@@ -287,8 +231,17 @@
         held = event;
       });
     }
-    const { ratio } = fit(projection(d, yaw, pitch), 1, 1);
-    canvas.style.aspectRatio = String(1 / clamp(ratio * 1.05, 0.28, 0.7));
+    if (follows) {
+      const whole = element("button", { type: "button", textContent: "Whole path", "aria-pressed": "false" });
+      whole.addEventListener("click", () => {
+        all = !all;
+        whole.setAttribute("aria-pressed", all);
+        picture(false);
+        refresh();
+      });
+      views.prepend(whole);
+    }
+    canvas.style.aspectRatio = String(1 / ratio);
     new ResizeObserver(refresh).observe(canvas);
     new IntersectionObserver(([entry]) => {
       visible = entry.isIntersecting;

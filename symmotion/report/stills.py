@@ -77,7 +77,7 @@ def _draw(axes: Axes, position: Affine, body: Body, eye: np.ndarray, colour: str
         return
     faces = body.polygons(places @ view_from(eye))
     colours = 1 - (0.9 - 0.6 * lit(faces))[:, None] * (1 - np.array(to_rgb(_shadeable(colour))))
-    draw_faces(axes, faces, colours, 0.7 * colours, linewidths=0.5, joinstyle="round")
+    draw_faces(axes, faces, colours, 0.7 * colours, joined="round")
 
 
 def _shadeable(colour: str) -> str:

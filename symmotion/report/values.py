@@ -5,10 +5,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from symmotion.bodies import Body
+from symmotion.brief import brief, in_a_line
 from symmotion.errors import InputError
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
-from symmotion.tables import Table
+from symmotion.tables import Table, start_of
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,8 @@ class Figure:
     svg: str
     caption: str
     alt: str = ""
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         require_name("figure", self.name)
@@ -41,6 +46,8 @@ class Track:
     times: tuple[float, ...]
     poses: tuple[tuple[float, ...], ...]
     rates: tuple[tuple[float, ...], ...]
+
+    __repr__ = in_a_line
 
 
 @dataclass(frozen=True)
@@ -64,6 +71,8 @@ class Player:
     direction: tuple[float, ...] = (1.0, -1.6, 1.3)
     centre: tuple[float, ...] = ()
 
+    __repr__ = in_a_line
+
     def __post_init__(self):
         require_name("player", self.name)
         require_distinct(f"motions of player {self.name!r}", (track.label for track in self.tracks))
@@ -76,6 +85,11 @@ class Player:
     def domain(self) -> tuple[float, float]:
         """From the first to the last time of all tracks."""
         return min(track.times[0] for track in self.tracks), max(track.times[-1] for track in self.tracks)
+
+    @property
+    def start(self) -> float:
+        """What the times that are shown are told from, see `start_of`."""
+        return start_of(np.array(self.domain))
 
 
 @dataclass(frozen=True)
@@ -107,6 +121,10 @@ class Run:
     seconds: Seconds = field(default_factory=Seconds)
     log: tuple[Iteration, ...] = field(default=(), repr=False)
     message: str = ""
+
+    def __repr__(self) -> str:
+        found = f"objective {brief(self.objective)}, {self.iterations} iterations"
+        return f"Run({self.case}, {self.method}: {self.status}, {found})"
 
     @staticmethod
     def of(case: str, solution: Solution) -> "Run":
@@ -143,10 +161,19 @@ class Run:
         """Whether it is a strict local minimum to the solver's tolerance."""
         return self.status == Status.SOLVED and self.inertia == "positive"
 
+    @property
+    def ended(self) -> str:
+        """How it ended, for a reader: what is not certified is not called solved without a word on why."""
+        return self.status if self.certified or self.status != Status.SOLVED else f"{self.status}, but {self.inertia}"
+
 
 @dataclass(frozen=True)
 class StudyResult:
-    """What a study found; conclusion: plain text, blank lines between paragraphs; notes: about this run of it."""
+    """What a study found.
+
+    answer: the one sentence that its reader takes away, of what was measured; the first figure stands beside it.
+    conclusion: plain text, blank lines between paragraphs; notes: about this run of it.
+    """
 
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
@@ -154,6 +181,9 @@ class StudyResult:
     conclusion: str = ""
     notes: tuple[str, ...] = ()
     players: tuple[Player, ...] = ()
+    answer: str = ""
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         require_distinct("figures", (figure.name for figure in self.pictures))
@@ -187,23 +217,31 @@ class StudyOptions:
     data: Path | None = None
     progress: Callable[[str], None] = _silent
 
+    __repr__ = in_a_line
+
 
 @dataclass(frozen=True)
 class Study:
-    """One question and the function that answers it; studies run in increasing `order`, then by name."""
+    """One question and the function that answers it; studies run in increasing `order`, then by name.
+
+    subject: what the report groups it under.
+    """
 
     name: str
     question: str
     source: str
     run: Callable[[StudyOptions], StudyResult]
     order: int = 100
+    subject: str = ""
+
+    __repr__ = in_a_line
 
 
 @dataclass(frozen=True)
 class StudyRecord:
     """A study that was run: its result, or None and the error in one line; seconds: wall-clock.
 
-    traceback: of an error that is a defect rather than bad input.
+    traceback: of an error that is a defect rather than bad input; subject: the study's.
     """
 
     name: str
@@ -213,6 +251,9 @@ class StudyRecord:
     result: StudyResult | None
     error: str = ""
     traceback: str = ""
+    subject: str = ""
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         # Without a hyphen, so that "study-figure" is one figure's file and ids only.

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.design import affine_program, fit_program
 from symmotion.design.fit_space import fit_basis
 from symmotion.energies import Energy, Rigidity, TrajectoryEnergy
@@ -60,6 +61,11 @@ class Plan:
 
     program: Program
     notes: tuple[str, ...]
+
+    __repr__ = in_a_line
+
+    def __str__(self) -> str:
+        return "\n".join(self.notes)
 
     def solve(self, solver: ExactNewton | None = None) -> Solution:
         """The solution; SolveError where there is none."""

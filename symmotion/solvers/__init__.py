@@ -1,5 +1,8 @@
 """Solvers for programs, their comparison, and the pieces of which a solver of one's own is made."""
 
+from typing import TYPE_CHECKING
+
+from symmotion.renamed import moved
 from symmotion.solvers.comparison import Comparison, compare, solver_by_name
 from symmotion.solvers.elimination import Elimination
 from symmotion.solvers.exchanging import exchange
@@ -38,3 +41,12 @@ __all__ = [
     "start_multipliers",
     "start_vector",
 ]
+
+if not TYPE_CHECKING:
+    # Names of 0.1.0.
+    __getattr__ = moved(
+        __name__,
+        {
+            "batches": "Failed ResultsFile Tally solve_each solve_many",
+        },
+    )

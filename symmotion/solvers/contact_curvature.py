@@ -1,12 +1,11 @@
 """What the times at which bounds press, which move with the data, add to the curvature of a minimum."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy import sparse
 
-from symmotion.program import Evaluator, Program
+from symmotion.program import Constraint, Evaluator, Program
 from symmotion.program.program import Structure
 
 # Steps of the differences in time, of the span that a contact lies in.
@@ -81,16 +80,15 @@ def beside_contacts(program: Program, x: np.ndarray, pressing: np.ndarray) -> np
     return np.concatenate(found)
 
 
-# Any: motions of all kinds, or several by body.
 def _breakpoints(program: Program, x: np.ndarray) -> np.ndarray:
-    motion: Any = program.design.motion(program.unpack(x))
+    motion: object = program.design.motion(program.unpack(x))
     every = list(motion.values()) if isinstance(motion, dict) else [motion]
     return np.unique(np.concatenate([np.asarray(getattr(m, "breakpoints", None)) for m in every]))
 
 
-# Any: a constraint of the program.
-def _beside(program: Program, constraint: Any, x: np.ndarray, steps: np.ndarray) -> _Along:
+def _beside(program: Program, constraint: Constraint, x: np.ndarray, steps: np.ndarray) -> _Along:
     values, jacobians = {}, {}
+    assert constraint.everywhere is not None and constraint.times is not None  # of a bound at contacts
     for k in range(-2, 3):
         held = constraint.everywhere.at(constraint.times + k * steps[:, None], constraint)
         evaluator = Evaluator(replace(program, terms=(), constraints=(held,), structure=Structure()), "interpreted")

@@ -2,17 +2,29 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy import sparse
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.motions.position import Affine
-from symmotion.program import BlockEvaluator, Evaluator, Program, Targeted, Targets
+from symmotion.program import Block, BlockEvaluator, Evaluator, Program, Targeted, Targets
 
 LINEAR = "linear"
+
+
+@runtime_checkable
+class Paired(Protocol):
+    """Numbers of positions: linear parts (…, d, d) beside translations (…, d), as `Affine` and `Keyframes` have."""
+
+    @property
+    def linear(self) -> np.ndarray: ...
+
+    @property
+    def translation(self) -> np.ndarray: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +43,8 @@ class Datum:
     slope: np.ndarray
     unknown: np.ndarray
 
+    __repr__ = in_a_line
+
     @property
     def size(self) -> int:
         return self.slope.size
@@ -40,8 +54,7 @@ class Datum:
         """d of a pair."""
         return int((np.sqrt(4 * self.shape[-1] + 1) - 1) / 2)
 
-    # Any: numbers, or an object with .linear and .translation.
-    def flat(self, change: Any) -> tuple[np.ndarray, bool]:
+    def flat(self, change: object) -> tuple[np.ndarray, bool]:
         """(k, size) changes, and whether a leading axis says that they are several."""
         what = f"change of {self.name!r}"
         if not self.pair:
@@ -96,6 +109,8 @@ class Data:
     x: np.ndarray
     multipliers: np.ndarray
 
+    __repr__ = in_a_line
+
     def every(self) -> dict[str, "Datum"]:
         """By name: positions, conditions, parameters, weights."""
         found: dict[str, Datum] = {}
@@ -137,7 +152,7 @@ class Data:
         raise InputError(f"no term or constraint {name!r}")
 
     def _derived(
-        self, block: Any, columns: slice, mu: np.ndarray | None, first: int
+        self, block: Block, columns: slice, mu: np.ndarray | None, first: int
     ) -> tuple[sparse.csr_array, np.ndarray]:
         """As `_block`; first: the row of the first of the constraint's conditions."""
         program, evaluator = self.program, BlockEvaluator(block, "interpreted")
@@ -182,7 +197,7 @@ class Data:
                 (-scales[known], (n + rows, np.flatnonzero(known))), shape=(n + m, len(numbers))
             )
             # Without any condition, as a translation that the objective does not see, a part moves nothing.
-            pair = hasattr(shown[0][name], LINEAR)
+            pair = isinstance(shown[0][name], Paired)
             seen = (scale.reshape(-1, scale.shape[-1]) != 0).any(axis=0) if pair else np.array(True)
             unknown = ((scale == 0) & seen).ravel()
             yield Datum(name, number.shape, pair, derivative, -own.ravel(), unknown)
@@ -225,10 +240,9 @@ def _blocks(values: np.ndarray) -> sparse.csr_array:
     return sparse.csr_array((values.ravel(), where), shape=(count * height, count * width))
 
 
-# Any: what a design shows of multipliers.
-def _row(shown: Any) -> np.ndarray:
+def _row(shown: object) -> np.ndarray:
     """Multipliers as one array, of pairs (…, d² + d)."""
-    if not hasattr(shown, LINEAR):
+    if not isinstance(shown, Paired):
         return np.asarray(shown, dtype=float)
     linear, translation = np.asarray(shown.linear), np.asarray(shown.translation)
     return np.concatenate([linear.reshape((*translation.shape[:-1], -1)), translation], axis=-1)

@@ -14,6 +14,7 @@ from symmotion.solvers.held_times import HeldTimes
 from symmotion.solvers.reduced import Reduced
 from symmotion.solvers.solution import Course, Round, Seconds, Solution, Status
 from symmotion.solvers.solver import require_program, start_vector
+from symmotion.systems import conflict, conflicting
 
 # What solves a program at the times that it holds its bounds, from a start.
 Solve: TypeAlias = Callable[[Program[DesignT], object], Solution[DesignT]]
@@ -85,7 +86,22 @@ def exchange(
             fresh = solve(other, None)
         found = fresh
         solutions.append(found)
-    return _told(found, solutions, Course(tolerance, tuple(rounds)))
+    return _told(_conflicting(found, bounds), solutions, Course(tolerance, tuple(rounds)))
+
+
+def _conflicting(found: Solution[DesignT], bounds: Mapping[str, Everywhere]) -> Solution[DesignT]:
+    """What ends without a solution: infeasible where bounds conflict with what is said at breaks, such as keyframes.
+
+    Times that follow the maxima of the excess come ever closer to such a place, and the motion ever wilder.
+    """
+    program = found.program
+    if _good(found) or found.interrupted or found.status is Status.INFEASIBLE:
+        return found
+    slots = {name: np.shape(program.constraint(name).times)[1] for name in bounds}
+    breaks = {name: np.repeat(bound.breaks()[:, None], slots[name], axis=1) for name, bound in bounds.items()}
+    whole = _joined(program, program.with_times(breaks), bounds)
+    names = conflicting(whole, found.x)
+    return replace(found, status=Status.INFEASIBLE, message=conflict(whole, names)) if names else found
 
 
 def _joined(held: Program[DesignT], other: Program, bounds: Mapping[str, Everywhere]) -> Program[DesignT]:

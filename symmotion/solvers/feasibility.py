@@ -55,6 +55,8 @@ def find_feasible(frame: Frame, x: np.ndarray) -> Found:
         step, equalities = frame.step(system, factor, gradient, violation)
         value, slope = 0.5 * float(outside @ outside), float(gradient @ step)
         off = float(np.abs(violation).sum())
+        if equalities is not None:
+            penalty = max(penalty, 1.5 * largest(equalities))
         if off > 0.0:
             penalty = max(penalty, 2.0 * slope / off)
         merit = value + penalty * off
@@ -68,6 +70,12 @@ def find_feasible(frame: Frame, x: np.ndarray) -> Found:
         while True:
             fresh = x + length * step
             values, violation = frame.values(fresh), evaluator.violation(fresh)
+            if length == 1.0 and equalities is not None:
+                # What the equalities' curvature leaves, through the same factor.
+                corrected = fresh + frame.step(system, factor, np.zeros_like(x), violation)[0]
+                closer = frame.values(corrected), evaluator.violation(corrected)
+                if largest(closer[1]) < largest(violation):
+                    fresh, (values, violation) = corrected, closer
             outside = frame.outside(values)
             now = 0.5 * float(outside @ outside) + penalty * float(np.abs(violation).sum())
             if now <= merit + 1e-4 * length * min(slope - penalty * off, 0.0):
@@ -83,7 +91,7 @@ def find_feasible(frame: Frame, x: np.ndarray) -> Found:
 def _factor(
     frame: Frame, system: AnySystem, x: np.ndarray, outside: np.ndarray, forces: np.ndarray, damping: float
 ) -> AnyFactor | None:
-    """Of the Hessian of the squares, with the curvature of all conditions where that is positive definite, else without."""
+    """Of the Hessian of the squares, with the conditions' curvature where that is positive definite, else without."""
     broken = (outside != 0).astype(float)
     identity = system.on_diagonal(frame.unit) ** -2.0
     for theta in (1.0, 0.0):

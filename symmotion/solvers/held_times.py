@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -128,7 +127,7 @@ class HeldTimes:
 
     def _more(self, found: Solution, x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """By bound, the times of the maxima at a point that are near the limit, and those that are above it."""
-        motion: Any = found.motion if x is found.x else found.program.design.motion(found.program.unpack(x))
+        motion: object = found.motion if x is found.x else found.program.design.motion(found.program.unpack(x))
         near, above = {}, {}
         for name, bound in self.bounds.items():
             peaks, heights = bound.peaks(motion, _values(found.program, name))

@@ -51,6 +51,9 @@ class Journal:
         self._shown = alone and sys.stderr is not None and sys.stderr.isatty()
         self._next = PATIENCE
 
+    def __repr__(self) -> str:
+        return f"Journal({len(self.log)} rows)"
+
     @property
     def watched(self) -> bool:
         """Whether somebody wants the rows as they come."""

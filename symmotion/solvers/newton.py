@@ -164,9 +164,9 @@ class ExactNewton:
         log, journal.log = journal.log, []
         second = Straight(self.tolerance, evaluator, system, journal, x, blend=False)
         other, _ = descend(second, 1.0)
-        if other is None and (failure is not None or journal.log[-1].objective < log[-1].objective):
+        if (other is not None, journal.log[-1].objective) < (failure is not None, log[-1].objective):
             journal.log = log + journal.log
-            return second.x, second.multipliers, None
+            return second.x, second.multipliers, other
         journal.log = journal.log + log
         return first.x, first.multipliers, journal.ending() if journal.stopped else failure
 
@@ -286,7 +286,11 @@ class Straight:
 
     def settled(self, point: Point, factor: AnyFactor) -> bool:
         point.step = self.journal.timed(self.system.step, factor, point.gradient)
-        return self._enough(-0.5 * float(point.gradient @ point.step), self._objective, self.x)
+        slope = float(point.gradient @ point.step)
+        if isinstance(self.system, Saddle):
+            # By rounding the step leaves the conditions, across which the gradient is as large as the multipliers.
+            slope += float(self.multipliers @ (self.system.jacobian @ point.step))
+        return self._enough(-0.5 * slope, self._objective, self.x)
 
     def outward(self, point: Point) -> np.ndarray | None:
         return self.journal.timed(self.system.curvature, self.matrix(1.0)).direction

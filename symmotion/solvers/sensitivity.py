@@ -1,9 +1,7 @@
 """How a minimum moves with the data of its program: tangents, their adjoint, and the change of the optimum."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +12,7 @@ from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.program import Evaluator, Multipliers, Program
 from symmotion.solvers.contact_curvature import beside_contacts, contact_curvature
-from symmotion.solvers.data import Data, Datum
+from symmotion.solvers.data import Data, Datum, Paired
 from symmotion.systems import AnyReading, Inspection, Response, response_of
 
 # What the conditions that others repeat may be missed by, relative.
@@ -67,6 +65,9 @@ class Sensitivity:
     def _readings(self) -> dict[str, AnyReading]:
         return {}
 
+    def __repr__(self) -> str:
+        return f"Sensitivity({self.program.unknowns} unknowns; data: {', '.join(self.names) or 'none'})"
+
     @property
     def names(self) -> tuple[str, ...]:
         """Of the data."""
@@ -85,8 +86,7 @@ class Sensitivity:
             self._readings[name] = self.response.reading(datum.derivative)
         return self._readings[name]
 
-    # Any: numbers, or an object with .linear and .translation.
-    def tangent(self, name: str, change: Any) -> np.ndarray:
+    def tangent(self, name: str, change: ArrayLike | Paired) -> np.ndarray:
         """(unknowns,) the change of x for a change of a datum; (k, unknowns) for k of them along a leading axis.
 
         change: in the shape of the datum; of a pair `.linear` and `.translation`, or linear parts alone.
@@ -105,7 +105,7 @@ class Sensitivity:
                 raise InputError(f"change of {name!r}: conditions that repeat each other would contradict each other")
         return found
 
-    def multipliers(self, name: str, change: Any) -> Multipliers:
+    def multipliers(self, name: str, change: ArrayLike | Paired) -> Multipliers:
         """By constraint, the change of the multipliers for one change of a datum, in the shape of `multipliers`."""
         flat, several = self.datum(name).flat(change)
         if several:
@@ -113,7 +113,7 @@ class Sensitivity:
         pressure = self.reading(name).pressure(flat.T, self._tangent(name, flat.T))[:, 0]
         return self.program.design.multipliers(self.program.shown(pressure))
 
-    def adjoint(self, gradient: ArrayLike) -> Mapping[str, Any]:
+    def adjoint(self, gradient: ArrayLike) -> Multipliers:
         """By name of the datum, the gradient of a scalar of the motion, in the shape of the datum.
 
         gradient: (unknowns,) of the scalar by x, or (k, unknowns) of k scalars; then a leading axis is of them.
@@ -132,7 +132,7 @@ class Sensitivity:
         return found
 
     @property
-    def optimum(self) -> Mapping[str, Any]:
+    def optimum(self) -> Multipliers:
         """By name of the datum, the gradient of the optimum: −λ of what conditions equal."""
         return {name: datum.shaped(datum.slope) for name, datum in self._data.items()}
 

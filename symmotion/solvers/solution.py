@@ -9,6 +9,7 @@ from typing import Any, Generic
 import numpy as np
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError, SolveError
 from symmotion.pictures import as_html, plot_solution
 from symmotion.program import (
@@ -65,6 +66,8 @@ class Iteration:
     evaluate: float | None = None
     linear: float | None = None
 
+    __repr__ = in_a_line
+
 
 @dataclass(frozen=True)
 class Seconds:
@@ -75,6 +78,8 @@ class Seconds:
     solve: float | None = None
     evaluate: float | None = None
     linear: float | None = None
+
+    __repr__ = in_a_line
 
     @property
     def total(self) -> float:
@@ -93,6 +98,8 @@ class Round:
     excess: Mapping[str, Excess]
     objective: float
     iterations: int
+
+    __repr__ = in_a_line
 
     @property
     def worst(self) -> float:
@@ -121,6 +128,10 @@ class Course:
     def holds(self) -> bool:
         """Whether nothing is exceeded by more than the tolerance."""
         return self.rounds[-1].worst <= self.tolerance
+
+    def __repr__(self) -> str:
+        first, last = self.rounds[0].worst, self.rounds[-1].worst
+        return f"Course({len(self.rounds)} rounds, excess {first:.2g} → {last:.2g}, tolerance {self.tolerance:.0e})"
 
     def __str__(self) -> str:
         lines = [f"exchange: {len(self.rounds)} rounds, to an excess of {self.tolerance:.0e}"]

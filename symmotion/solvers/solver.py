@@ -1,7 +1,7 @@
 """What a solver is, and what every solver begins and ends with."""
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Protocol, cast
 
 import numpy as np
 
@@ -37,8 +37,7 @@ class Solver(Judged, Protocol):
         ...
 
 
-# Any: an object of the user's own, which may be no solver.
-def require_solver(value: Any, *names: str) -> Solver:
+def require_solver(value: object, *names: str) -> Solver:
     """The value; InputError unless it has a method solve, and attributes of these names."""
     if isinstance(value, type):
         raise InputError(f"solver {value.__name__} is a class: {value.__name__}() makes one")
@@ -47,11 +46,10 @@ def require_solver(value: Any, *names: str) -> Solver:
     for name in names:
         if not hasattr(value, name):
             raise InputError(f"solver {value!r} has no {name}, which every solver has")
-    return value
+    return cast(Solver, value)
 
 
-# Any: an object of the user's own, which may be no program.
-def require_program(value: Any) -> Program:
+def require_program(value: object) -> Program:
     """The value; InputError unless it is a program."""
     if not isinstance(value, Program):
         raise InputError(f"program of type {type(value).__name__}: what affine_program and its like return is needed")

@@ -5,12 +5,13 @@ from symmotion.splines.cumulative import cumulative
 from symmotion.splines.instants import same_times, unified
 from symmotion.splines.interpolation import amid, check_times, closest, cubic_interpolant, least_squares
 from symmotion.splines.quadrature import Integral, gauss, integrate
-from symmotion.splines.spline import Spline
+from symmotion.splines.spline import Spline, SplineLike
 
 __all__ = [
     "BSplineBasis",
     "Integral",
     "Spline",
+    "SplineLike",
     "amid",
     "check_times",
     "closest",

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symmotion.brief import in_a_line
 from symmotion.checks import whole
 from symmotion.splines.basis import BSplineBasis
 
@@ -17,6 +18,9 @@ SHIFT = 16  # roundings of an interval by which its nodes are moved to see what 
 # An interval's halves against itself tell by how much it is off. What is left after a halving near a kink or a root is
 # up to 2.5 times as much as that.
 UNSEEN = 4.0
+# What halves and whole differ by may be rounding where it is less than DOUBT times what one look at the nodes has
+# shown: then it is looked at again, with room for what two looks differ by. Else noise would be halved without end.
+DOUBT, ROOM = 100.0, 2.0
 
 
 def gauss(basis: BSplineBasis, nodes: int) -> tuple[np.ndarray, np.ndarray]:
@@ -46,6 +50,8 @@ class Integral:
     size: float
     reached: bool
     worst: tuple[float, float]
+
+    __repr__ = in_a_line
 
     @property
     def value(self) -> float:
@@ -85,13 +91,15 @@ def _halved(
             t = t + shift * np.maximum(SHIFT * EPS * width[:, None], np.spacing(np.abs(t)))
         return density(t.ravel()).reshape(t.shape) * width[:, None]
 
+    def rounded(found: np.ndarray, left: np.ndarray, width: np.ndarray) -> np.ndarray:
+        return (np.abs(rule(left, width, 1.0) - found) + ROUNDINGS * EPS * np.abs(found)) @ weights
+
     width = end - left
     owner, count = np.arange(len(left)), len(left)
     most, used = max(MOST_EVALUATIONS, 16 * NODES * count), 2 * NODES * count
     found = rule(left, width)
-    value, noise = found @ weights, np.abs(rule(left, width, 1.0) - found) @ weights
-    noise += ROUNDINGS * EPS * np.abs(found) @ weights
-    parts, error, size, rounding = np.zeros(count), 0.0, 0.0, float(noise.sum())
+    value, noise = found @ weights, rounded(found, left, width)
+    parts, error, size, rounding = np.zeros(count), 0.0, 0.0, 0.0
     worst, rounds = (float(left[0]), float(left[0] + width[0])), 0
     while True:
         half = 0.5 * width
@@ -105,20 +113,26 @@ def _halved(
         worst = float(left[k]), float(left[k] + width[k])
         if not np.isfinite(miss).all():
             np.add.at(parts, owner, both)
-            return Integral(parts, np.inf, rounding, np.inf, False, worst)
+            return Integral(parts, np.inf, rounding + float(noise.sum()), np.inf, False, worst)
         total = size + float(sizes.sum())
-        fine = miss <= np.maximum(noise, 0.1 * tolerance * total / max(8, len(miss)))
+        enough, noises = 0.1 * tolerance * total / max(8, len(miss)), 0.5 * np.tile(noise, 2)
+        doubt = np.tile((miss > np.maximum(noise, enough)) & (miss <= DOUBT * noise), 2)
+        if doubt.any():
+            used += NODES * int(doubt.sum())
+            noises[doubt] = np.maximum(noises[doubt], ROOM * rounded(found[doubt], begins[doubt], halves[doubt]))
+            noise = noises.reshape(2, -1).sum(axis=0)
+        fine = miss <= np.maximum(noise, enough)
         if error + miss.sum() <= tolerance * total:
             fine[:] = True
         tight = half <= 4 * np.spacing(np.abs(left) + width)
         spent = rounds == MOST_ROUNDS or used + 4 * NODES * int((~fine).sum()) > most
         ended = fine | tight | spent
         np.add.at(parts, owner[ended], both[ended])
-        error += float(miss[ended].sum())
+        error, rounding = error + float(miss[ended].sum()), rounding + float(noise[ended].sum())
         size += float(sizes.reshape(2, -1).sum(axis=0)[ended].sum())
         if ended.all():
             reached = error <= tolerance * size + rounding
             return Integral(parts, error + rounding, rounding, size, bool(reached), worst)
         kept = np.concatenate([~ended, ~ended])
         left, width, value = begins[kept], halves[kept], values[kept]
-        owner, noise = np.tile(owner, 2)[kept], 0.5 * np.tile(noise, 2)[kept]
+        owner, noise = np.tile(owner, 2)[kept], noises[kept]

@@ -1,7 +1,7 @@
 """Spline functions as values: evaluation, exact knot insertion, exact degree elevation."""
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -167,3 +167,10 @@ def _blossom(spline: Spline, arguments: np.ndarray, span: np.ndarray) -> np.ndar
         share = ((arguments[:, r, None] - left) / (right - left)).reshape(left.shape + tail)
         points = (1 - share) * points[:, :-1] + share * points[:, 1:]
     return points[:, 0]
+
+
+@runtime_checkable
+class SplineLike(Protocol):
+    """A curve that can be written as a spline."""
+
+    def to_bspline(self) -> Spline: ...

@@ -9,6 +9,7 @@ import scipy.linalg as la
 from scipy import sparse
 
 from symmotion import checks
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.everywhere import Excess, excess_at
@@ -86,6 +87,15 @@ class Certificate:
             elif not c.is_equality:
                 found[c.name] = excess_at(parts[c.name], c.lower, c.upper, c.times, c.power)
         return found
+
+    def __repr__(self) -> str:
+        figures = ("stationarity", "violation", "decrement", "complementarity")
+        told = [f"objective {self.objective:.9g}", *(f"{name} {getattr(self, name):.1e}" for name in figures)]
+        told.append(f"inertia {self.inertia}")
+        told += [f"quadrature {self.quadrature:.1e}"] if self.quadrature else []
+        told += [f"weak {', '.join(self.weak)}"] if self.weak else []
+        told += ["multipliers open"] if self.degenerate else []
+        return f"Certificate({', '.join([*told, *self.unresolved])})"
 
     def __getstate__(self) -> dict[str, object]:
         # A factor belongs to the memory of its system.
@@ -167,6 +177,8 @@ class Inspection:
     evaluator: Evaluator
     x: np.ndarray
     multipliers: np.ndarray
+
+    __repr__ = in_a_line
 
     @cached_property
     def kept(self) -> tuple[AnySystem, AnyFactor] | None:

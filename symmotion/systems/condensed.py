@@ -73,6 +73,9 @@ class Condensed:
         self.size = len(free) * self.channels
         self._pattern()
 
+    def __repr__(self) -> str:
+        return f"Condensed({self.size} of {self.program.unknowns} unknowns)"
+
     @staticmethod
     def of(program: Program) -> "Condensed | None":
         """The condensed system of a program, or None where it has none that is local or small."""

@@ -1,6 +1,7 @@
 """Which conditions of a program cannot hold together."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
 
 import numpy as np
@@ -91,14 +92,10 @@ def _missed(
     from scipy.optimize import least_squares  # here, since it is a fifth of the time of `import symmotion`
 
     dense = len(rows) * len(touched) <= DENSE
-    answer = least_squares(
-        outside,
-        np.zeros(len(touched)),
-        slopes,
-        tr_solver="exact" if dense else "lsmr",
-        ftol=1e-14,
-        xtol=1e-12,
-        gtol=1e-12,
-        max_nfev=MOST_STEPS,
-    )
-    return answer.fun
+    start_at, limits = np.zeros(len(touched)), {"ftol": 1e-14, "xtol": 1e-12, "gtol": 1e-12, "max_nfev": MOST_STEPS}
+    if dense:
+        # LAPACK gives up on some matrices of very unequal rows, which least squares by products take.
+        with suppress(np.linalg.LinAlgError):
+            return least_squares(outside, start_at, slopes, tr_solver="exact", **limits).fun
+        dense = False
+    return least_squares(outside, start_at, slopes, tr_solver="lsmr", **limits).fun

@@ -7,6 +7,7 @@ import scipy.linalg as la
 from scipy import sparse
 from scipy.sparse.linalg import splu, spsolve_triangular
 
+from symmotion.brief import in_a_line
 from symmotion.program.block import EPS
 
 
@@ -20,6 +21,8 @@ class Curvature:
 
     inertia: str
     direction: np.ndarray | None = None
+
+    __repr__ = in_a_line
 
 
 POSITIVE, FLAT, UNKNOWN = Curvature("positive"), Curvature("flat"), Curvature("unknown")

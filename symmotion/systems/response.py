@@ -7,7 +7,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 import numpy as np
 import scipy.linalg as la
 from scipy import sparse
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from symmotion.errors import SolveError
 from symmotion.program.evaluate import Evaluator
@@ -26,6 +26,7 @@ class Response(Protocol):
     Data p move the unknowns and the multipliers by K (dx, dλ) = −B dp, B = (B_x, B_c) (unknowns + conditions, size).
     """
 
+    # Any: what the readings of this response collect.
     def reading(self, data: sparse.csr_array) -> "Reading[Any]":
         """What answers to changes of data with the derivatives B."""
         ...
@@ -195,9 +196,8 @@ class SparseResponse:
         matrix = sparse.csc_array(scale[:, None] * sparse.csr_array(whole) * scale)
         return SparseResponse(matrix, scale, rows, n, jacobian.shape[0])
 
-    # Any: SciPy ships no types.
     @cached_property
-    def _factor(self) -> Any:
+    def _factor(self) -> SuperLU:
         try:
             return splu(self.matrix)
         except RuntimeError as error:

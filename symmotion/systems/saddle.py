@@ -4,14 +4,15 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
 from threading import get_ident
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
 import scipy.linalg as la
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, splu
+from scipy.sparse.linalg import LinearOperator, SuperLU, splu
 
+from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.program.evaluate import Evaluator, Pattern
 from symmotion.program.program import Program
@@ -38,7 +39,6 @@ WEIGHTS = (1e2, 1e4, 1e6, 1e8)
 
 # The saddle matrix as it is, the regular one in own units that was factorised, and the units.
 SaddleFactor: TypeAlias = tuple[sparse.csc_array, ca.DM, np.ndarray]
-SuperLU: TypeAlias = Any  # SciPy ships no types
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,8 @@ class HessianTriangle:
     rows: np.ndarray
     columns: np.ndarray
     pattern: Pattern
+
+    __repr__ = in_a_line
 
     @property
     def diagonal(self) -> np.ndarray:
@@ -133,10 +135,13 @@ class Saddle:
         self.diagonal = self._triangle.diagonal
         self.sparsity = ca.Sparsity(size, size, self._pointers.tolist(), self._rows.tolist())
         self._solver = ca.Linsol("saddle", "ldl", self.sparsity)
-        self._factored_normal: SuperLU = None
+        self._factored_normal: SuperLU | None = None
+
+    def __repr__(self) -> str:
+        return f"Saddle({self.n} unknowns, {self.m} conditions)"
 
     @property
-    def _normal(self) -> SuperLU:
+    def _normal(self) -> SuperLU | None:
         """The factor of J Jᵀ in own units, which projects onto the conditions; made when first needed.
 
         None without conditions.

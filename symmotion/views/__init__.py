@@ -4,10 +4,12 @@ from symmotion.views.body_plots import plot_body
 from symmotion.views.canvas import FONT, HEIGHT, WIDTH, fit_height
 from symmotion.views.drawing import (
     draw_body,
+    draw_deviation,
     draw_ellipsoid,
     draw_inner_products,
     draw_kkt,
     draw_path,
+    nearly_rigid,
 )
 from symmotion.views.fairing_figures import (
     draw_bodies,
@@ -39,6 +41,7 @@ __all__ = [
     "draw_body",
     "draw_body_along",
     "draw_curve",
+    "draw_deviation",
     "draw_ellipsoid",
     "draw_fairness",
     "draw_inner_products",
@@ -55,6 +58,7 @@ __all__ = [
     "facing",
     "fit_height",
     "method_style",
+    "nearly_rigid",
     "new_figure",
     "on_sphere",
     "plot_body",

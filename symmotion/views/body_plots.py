@@ -13,7 +13,7 @@ from symmotion.bodies.places import body_size
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
 from symmotion.motions.motion import Moving
-from symmotion.views.canvas import as_numbers, bears, fit_height, on_axes, require_axes, require_colour, stamps
+from symmotion.views.canvas import as_numbers, bears, fit_height, on_axes, require_axes, require_colour, stamps, told
 from symmotion.views.parallel import VIEW, draw_faces, lit
 from symmotion.views.style import COLOURS, INK
 
@@ -197,7 +197,7 @@ def _draw_solid(axes: Axes, copies: list[_Copies], body: Body) -> None:
         bases += [base] * len(polygons)
         edges += [base if c.dark else 1 - 0.85 * (1 - base)] * len(polygons)
     colours = 1 - np.concatenate(shares)[:, None] * (1 - np.array(bases))
-    draw_faces(axes, faces, colours, edges, linewidths=0.5, joinstyle="round", zorder=2)
+    draw_faces(axes, faces, colours, edges, joined="round", zorder=2)
 
 
 def _draw_marks(axes: Axes, copies: _Copies, body: Body) -> None:
@@ -246,11 +246,12 @@ def _time_axis(axes: Axes, copies: list[_Copies]) -> None:
     at = np.concatenate([c.place.translation @ (VIEW[:, 0] if spatial else [1.0, 0.0]) for c in copies])
     order = np.argsort(at)
     order = order[:: -(-len(order) // 10)]
-    axes.set_xticks(at[order], stamps(t[order], 3))
+    ticks, name = told(t[order])
+    axes.set_xticks(at[order], stamps(ticks, 3))
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
     axes.spines["bottom"].set_bounds(at.min(), at.max())
-    axes.set_xlabel("time")
+    axes.set_xlabel(name)
 
 
 def _times(motion: Moving, times: int | ArrayLike) -> np.ndarray:

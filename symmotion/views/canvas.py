@@ -8,16 +8,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
+from matplotlib.typing import RcKeyType
 
 from symmotion.errors import InputError
-from symmotion.views.style import STYLE, Settings
+from symmotion.tables import start_of
+from symmotion.views.style import STYLE
 
 # Markers beyond this many would run together, and fill a file.
 MOST_MARKERS = 60
+# Parts of a line of which each is narrower than the line.
+MOST_BINS = 400
 
 # Inches. Set at the width of a column, 3.3 inches, the smallest letters are still 6 points high.
 WIDTH, HEIGHT = 4.5, 2.9
-FONT: Settings = {"font.size": 10, "axes.labelsize": 10, "xtick.labelsize": 9, "ytick.labelsize": 9}
+FONT: dict[RcKeyType, object] = {"font.size": 10, "axes.labelsize": 10, "xtick.labelsize": 9, "ytick.labelsize": 9}
 
 
 def require_axes(axes: object) -> None:
@@ -98,6 +102,24 @@ def require_colour(colour: object) -> None:
     """Raise InputError unless matplotlib knows the colour."""
     if not is_color_like(colour):
         raise InputError(f"colour {colour!r}: a colour of matplotlib such as '#0072b2' or 'black' is needed")
+
+
+def told(times: np.ndarray) -> tuple[np.ndarray, str]:
+    """Times as an axis shows them, and what the axis is called: from the first one where 0 is far away."""
+    start = start_of(times)
+    return times - start, "time" if start == 0 else "time from the start"
+
+
+def thinned(times: np.ndarray, values: np.ndarray, bins: int = MOST_BINS) -> tuple[np.ndarray, np.ndarray]:
+    """A line through many samples by few that look alike: of each of so many parts the least and the largest value."""
+    if len(times) <= 2 * bins:
+        return times, values
+    parts = np.array_split(np.arange(len(times)), bins)
+    kept = {0, len(times) - 1}
+    for part in parts:
+        kept |= {int(part[np.argmin(values[part])]), int(part[np.argmax(values[part])])}
+    chosen = np.array(sorted(kept))
+    return times[chosen], values[chosen]
 
 
 def as_numbers(values: object, what: str) -> np.ndarray:

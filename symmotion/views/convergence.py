@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from symmotion.solvers.solution import Iteration
+from symmotion.views.canvas import MOST_MARKERS
 from symmotion.views.style import method_style
 
 
@@ -29,4 +30,5 @@ def draw_convergence(axes: Axes, runs: Sequence[Logged]) -> None:
     for run in runs:
         colour, marker = method_style(run.method)
         values = [i.stationarity if i.stationarity > 0 else math.nan for i in run.log]
-        axes.plot(values, color=colour, marker=marker, label=run.method)
+        every = max(1, len(values) // MOST_MARKERS)
+        axes.plot(values, color=colour, marker=marker, markevery=every, label=run.method)

@@ -1,6 +1,6 @@
 """Pictures of motions, on axes that the caller brings."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,8 +12,13 @@ from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.motion import Motion
 from symmotion.program import Program
 from symmotion.systems import kkt_pattern
+from symmotion.tables import start_of
+from symmotion.views.canvas import MOST_MARKERS, thinned, told
 from symmotion.views.parallel import VIEW, bare
-from symmotion.views.style import COLOURS, INK
+from symmotion.views.style import COLOURS, INK, STYLES
+
+# A deviation from rigid of keyframes below this is none that inner products show; and how far down it is drawn.
+NEARLY, DEPTH = 1e-3, 1e-6
 
 
 def draw_body(
@@ -46,18 +51,48 @@ def draw_inner_products(
     vectors: (d, T) columns, the unit vectors when left out.
     """
     q = np.eye(motion.dimension) if vectors is None else np.asarray(vectors)
-    t = np.linspace(*motion.domain, 401)
+    t = _instants(motion)
     products = q.T @ motion.gram(t) @ q
+    start = start_of(t)
     pairs = [(i, j) for i in range(q.shape[1]) for j in range(i, q.shape[1])]
     # Squared lengths in full lines, mixed products dashed: the two groups are read against 1 and 0.
     for k, (i, j) in enumerate(sorted(pairs, key=lambda p: p[0] != p[1])):
         style = "-" if i == j else "--"
         colour = COLOURS[k % len(COLOURS)]
-        axes.plot(t, products[:, i, j], style, color=colour, label=f"$q_{i + 1}\\cdot q_{j + 1}$")
-        if keyframes is not None:
+        line = thinned(t - start, products[:, i, j])
+        axes.plot(*line, style, color=colour, label=f"$q_{i + 1}\\cdot q_{j + 1}$")
+        if keyframes is not None and len(keyframes) <= MOST_MARKERS:
             a = keyframes.linear @ q
-            axes.plot(keyframes.times, np.sum(a[:, :, i] * a[:, :, j], axis=1), "o", color=colour, markersize=3.5)
-    axes.set_xlabel("time")
+            values = np.sum(a[:, :, i] * a[:, :, j], axis=1)
+            axes.plot(keyframes.times - start, values, "o", color=colour, markersize=3.5)
+    axes.set_xlabel(told(t)[1])
+
+
+def draw_deviation(axes: Axes, motions: Mapping[str, AffineMotion]) -> None:
+    """How far motions are from rigid, ‖AᵀA − I‖ over time on a logarithmic scale, a line for each."""
+    axes.set_yscale("log")
+    largest = 0.0
+    for k, (label, motion) in enumerate(motions.items()):
+        t = _instants(motion)
+        deviation = np.linalg.norm(motion.gram(t) - np.eye(motion.dimension), axis=(1, 2))
+        largest = max(largest, float(deviation.max()))
+        shown, name = told(t)
+        axes.plot(*thinned(shown, deviation), STYLES[k % 3], color=COLOURS[k], linewidth=1.2, label=label)
+        axes.set_xlabel(name)
+    # At the keyframes it is that of the keyframes, which may be rounding: what is drawn is what lies between.
+    axes.set_ylim(bottom=DEPTH * largest if largest > 0 else None)
+    axes.set_ylabel("‖AᵀA − I‖")
+
+
+def nearly_rigid(keyframes: Keyframes) -> bool:
+    """Whether keyframes are rigid as far as a picture of inner products tells: ‖AᵀA − I‖ ≤ 10⁻³."""
+    gram = np.swapaxes(keyframes.linear, 1, 2) @ keyframes.linear
+    return bool(np.linalg.norm(gram - np.eye(keyframes.dimension), axis=(1, 2)).max() <= NEARLY)
+
+
+def _instants(motion: AffineMotion) -> np.ndarray:
+    """Times of which each span between breakpoints has some."""
+    return np.linspace(*motion.domain, max(401, 10 * len(motion.basis.breakpoints)))
 
 
 def draw_kkt(axes: Axes, program: Program) -> None:
@@ -77,12 +112,11 @@ def draw_ellipsoid(
     s = np.linspace(0, 2 * np.pi, 49)
     circle = np.column_stack([np.cos(s), np.sin(s), np.zeros_like(s)])
     view = VIEW[:, :2]
-    for t in times:
-        for k in range(3):
-            ring = np.roll(circle, k, axis=1) * semi_axes
-            path = motion.trajectory(ring, t) @ view
-            colour = INK if ink else COLOURS[k]
-            axes.fill(*path.T, facecolor=to_rgba(colour, 0.12), edgecolor=colour, linewidth=1.3 if ink else 0.7)
+    rings = np.concatenate([np.roll(circle, k, axis=1) * semi_axes for k in range(3)])
+    outlines = (motion.trajectory(rings, times) @ view).reshape(-1, len(s), 2)
+    colours = [INK if ink else COLOURS[k % 3] for k in range(len(outlines))]
+    faces = [to_rgba(colour, 0.12) for colour in colours]
+    axes.add_collection(PolyCollection(outlines, facecolors=faces, edgecolors=colours, linewidths=1.3 if ink else 0.7))
     path = motion(np.linspace(*motion.domain, 300)).translation @ view
     axes.plot(path[:, 0], path[:, 1], color=INK, linewidth=0.8, alpha=0.6)
     bare(axes)

@@ -187,7 +187,7 @@ def draw_bodies(
     shade = 0.35 + 0.65 * lit(corners)
     colours = 1 - (1 - np.array(to_rgb(colour))) * (1.25 - 0.75 * shade[:, None])
     # Tens of thousands of small faces: as vectors they would be most of the page.
-    draw_faces(axes, corners, np.clip(colours, 0, 1), linewidth=0.2, rasterized=True)
+    draw_faces(axes, corners, np.clip(colours, 0, 1), width=0.2, rasterized=True)
     bare(axes)
 
 

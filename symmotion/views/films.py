@@ -1,13 +1,14 @@
 """Motions as short films: animated GIF, and MP4 where ffmpeg is installed."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from subprocess import CalledProcessError
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.collections import PolyCollection
+from matplotlib.typing import ColorType
 
 from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import dimension_of, fitting_body, placed
@@ -30,8 +31,7 @@ HEIGHTS = (240, 640)
 MOST_BYTES = 512 * 2**20
 
 # From a time to polygons on the picture, back to front, and their colours.
-# Any: Matplotlib has no type for an array of colours.
-Picture = Callable[[float], tuple[list[np.ndarray], Any]]
+Picture = Callable[[float], tuple[list[np.ndarray], Sequence[ColorType]]]
 
 
 def write_animation(
@@ -126,14 +126,14 @@ def _film(writer: AbstractMovieWriter, film: Path, picture: Picture, path: np.nd
 def _moving(motion: Moving, body: Body) -> Picture:
     """The faces of a body at a time, in space from back to front, shaded."""
     if body.dimension == 2:
-        return lambda t: (body.polygons(motion(t)(body.vertices)), COLOURS[0])
+        return lambda t: (body.polygons(motion(t)(body.vertices)), [COLOURS[0]])
     shades = _shades(body)
 
-    def picture(t: float) -> tuple[list[np.ndarray], np.ndarray]:
+    def picture(t: float) -> tuple[list[np.ndarray], Sequence[ColorType]]:
         faces = body.polygons(motion(t)(body.vertices) @ VIEW)
         order = np.argsort([face[:, 2].mean() for face in faces], kind="stable")
         colours = shades * (0.55 + 0.45 * lit(faces)[:, None])
-        return [faces[k][:, :2] for k in order], colours[order]
+        return [faces[k][:, :2] for k in order], colours[order].tolist()
 
     return picture
 

@@ -33,7 +33,7 @@ def draw_mesh(
     base = np.where(front, to_rgb(colour), to_rgb(inside))
     shade = np.clip(base * (0.35 + 0.65 * light) + 0.3 * light**6, 0, 1)
     # Edges in the colour of the face: without them the page shines through between neighbours.
-    draw_faces(axes, corners, shade, linewidths=0.7, rasterized=True)
+    draw_faces(axes, corners, shade, width=0.7, rasterized=True)
     canvas = axes.get_figure(root=True)
     if canvas is not None:
         canvas.set_dpi(RESOLUTION)

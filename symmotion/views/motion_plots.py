@@ -21,14 +21,15 @@ from symmotion.views.canvas import (
     on_axes,
     require_axes,
     require_kind,
+    thinned,
+    told,
 )
 from symmotion.views.fairing_figures import facing, sample_patch
 from symmotion.views.parallel import DIRECTION, view_from
 from symmotion.views.spheres import draw_curve, draw_points, draw_sphere
-from symmotion.views.style import COLOURS, INK
+from symmotion.views.style import COLOURS, INK, STYLES
 
 RateKind = Literal["rate", "sphere"]
-STYLES = ("-", "--", "-.")
 MOST_POINTS = 1000
 
 
@@ -59,9 +60,9 @@ def plot_orientation(
     rate = motion.jet(t, 1).rate
     with on_axes(axes) as target:
         for k, name in enumerate("xyz"):
-            target.plot(t, rate[:, k], STYLES[k], color=COLOURS[k], linewidth=1.4, label=rf"$\Omega_{name}$")
-        target.plot(t, np.linalg.norm(rate, axis=1), ":", color=INK, linewidth=1.2, label=r"$\|\Omega\|$")
-        target.set_xlabel("time [s]")
+            target.plot(told(t)[0], rate[:, k], STYLES[k], color=COLOURS[k], linewidth=1.4, label=rf"$\Omega_{name}$")
+        target.plot(told(t)[0], np.linalg.norm(rate, axis=1), ":", color=INK, linewidth=1.2, label=r"$\|\Omega\|$")
+        target.set_xlabel(f"{told(t)[1]} [s]")
         target.set_ylabel("body rate [rad/s]")
         legend_above(target)
     return target
@@ -115,9 +116,11 @@ def plot_deviations(samples: RigidSamples, axes: Axes | None = None) -> Axes:
     """How much a motion made rigid gave up, ‖A(t) − polar(A(t))‖, over time; returns the axes."""
     with on_axes(axes) as target:
         few = len(samples.times) <= MOST_MARKERS
-        target.plot(samples.times, samples.deviations, "o-" if few else "-", color=COLOURS[0], markersize=3)
+        times, name = told(samples.times)
+        line = thinned(times, samples.deviations)
+        target.plot(*line, "o-" if few else "-", color=COLOURS[0], markersize=3)
         target.set_ylim(bottom=0)
-        target.set_xlabel("time")
+        target.set_xlabel(name)
         target.set_ylabel("deviation from rigid")
     return target
 
@@ -144,8 +147,8 @@ def plot_curve(curve: Curve, axes: Axes | None = None, *, label: str | None = No
             for k, column in enumerate(values.T):
                 name = "xyz"[k] if values.shape[1] <= 3 else f"x{k + 1}"
                 style, colour = STYLES[k % len(STYLES)], COLOURS[k % len(COLOURS)]
-                target.plot(t, column, style, color=colour, linewidth=1.4, label=label or name)
-            target.set_xlabel("time")
+                target.plot(told(t)[0], column, style, color=colour, linewidth=1.4, label=label or name)
+            target.set_xlabel(told(t)[1])
             target.set_ylabel("value")
             if values.shape[1] > 1:
                 legend_above(target)

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib import resources
-from typing import Any, TypeAlias
 
 import matplotlib
 import numpy as np
@@ -27,11 +26,9 @@ from symmotion.svg import as_element
 from symmotion.tables import Cell, Column, Table, shown
 from symmotion.views.canvas import FONT, HEIGHT, WIDTH, fit_height, stamps
 from symmotion.views.plots import plot_comparison, plot_fairing, plot_solution, solver_names
-from symmotion.views.solutions import keyframe_multipliers
+from symmotion.views.solutions import Drawn, keyframe_multipliers
 from symmotion.views.style import new_figure
 from symmotion.views.svg import as_svg
-
-Thing: TypeAlias = Any  # whatever there is to show, by what it has
 
 MOST_PRICES = 5
 MOST_TEXT = 2000  # letters of a message or name
@@ -53,7 +50,7 @@ class Display:
         return _template().render(vars(self))
 
 
-def html_of(thing: Thing) -> str:
+def html_of(thing: Drawn) -> str:
     """A motion, solution, comparison or fairing result, as HTML."""
     match thing:
         case Solution():
@@ -65,7 +62,7 @@ def html_of(thing: Thing) -> str:
     return motion_html(thing)
 
 
-def motion_html(motion: Thing) -> str:
+def motion_html(motion: Drawn) -> str:
     """A motion, as HTML: what it is, and its own picture."""
     picture, notes = _picture(motion.plot)
     return Display(type(motion).__name__, "", tuple(_motion_facts(motion)), (), notes, picture).html()
@@ -149,21 +146,22 @@ def fairing_html(result: FairingResult) -> str:
     return Display("FairingResult", headline, tuple(facts), (), message + notes, picture).html()
 
 
-def _motion_facts(motion: Thing) -> list[tuple[str, Cell]]:
+def _motion_facts(motion: object) -> list[tuple[str, Cell]]:
     facts: list[tuple[str, Cell]] = []
     name = getattr(motion, "name", "")
     if name:
         facts.append(("interpolant", str(name)))
-    if hasattr(motion, "dimension"):
-        facts.append(("dimension", motion.dimension))
+    dimension = getattr(motion, "dimension", None)
+    if dimension is not None:
+        facts.append(("dimension", dimension))
     bases = getattr(motion, "bases", None) or tuple(b for b in (getattr(motion, "basis", None),) if b is not None)
     if bases:
         facts.append(("degree", " × ".join(str(b.degree) for b in bases)))
         facts.append(("controls", " × ".join(str(b.n) for b in bases)))
     if isinstance(motion, TwoParameterMotion):
         facts += [(letter, _interval(ends)) for letter, ends in zip("uv", motion.domain, strict=True)]
-    elif hasattr(motion, "domain"):
-        facts.append(("times", _interval(motion.domain)))
+    elif (ends := getattr(motion, "domain", None)) is not None:
+        facts.append(("times", _interval(ends)))
     if isinstance(motion, SegmentCurve):
         facts.append(("segments", len(motion.times) - 1))
     if isinstance(motion, Keyframes | RigidSamples):

@@ -10,14 +10,15 @@ from matplotlib.ticker import MaxNLocator
 from symmotion.answers import Band, fit_covariance
 from symmotion.errors import InputError
 from symmotion.fairing import FairingResult
-from symmotion.motions import TwoParameterMotion
+from symmotion.motions import AffineMotion, PoseMotion, TwoParameterMotion
 from symmotion.solvers import Comparison, Solution
-from symmotion.views.canvas import MOST_MARKERS, legend_above, on_axes, require_axes, require_kind
+from symmotion.splines import Spline
+from symmotion.views.canvas import MOST_MARKERS, legend_above, on_axes, require_axes, require_kind, thinned, told
 from symmotion.views.convergence import draw_convergence
 from symmotion.views.fairing_figures import draw_fairness
-from symmotion.views.motion_plots import STYLES, plot_curve
+from symmotion.views.motion_plots import plot_curve
 from symmotion.views.solutions import keyframe_multipliers, keyframes_of, motion_or_none
-from symmotion.views.style import COLOURS, INK
+from symmotion.views.style import COLOURS, INK, STYLES
 
 SolutionKind = Literal["motion", "convergence", "multipliers", "band"]
 FairingKind = Literal["history", "knots"]
@@ -48,10 +49,12 @@ def plot_solution(solution: Solution, axes: Axes | None = None, *, kind: Solutio
         raise InputError(
             f"the solution ({solution.status}) has no motion with a picture: kind='convergence' shows what happened"
         )
-    if not hasattr(motion, "plot"):
+    if isinstance(motion, Spline):
         return plot_curve(motion, axes)
     keyframes = keyframes_of(solution)
-    return motion.plot(axes) if keyframes is None else motion.plot(axes, keyframes=keyframes)
+    if keyframes is not None and isinstance(motion, AffineMotion | PoseMotion):
+        return motion.plot(axes, keyframes=keyframes)
+    return motion.plot(axes)
 
 
 def plot_band(band: Band, axes: Axes | None = None) -> Axes:
@@ -60,14 +63,14 @@ def plot_band(band: Band, axes: Axes | None = None) -> Axes:
     The turn is read on the right, in degrees.
     """
     require_axes(axes)
-    places, times = band.positions.translation, band.times
+    places, (times, name) = band.positions.translation, told(band.times)
     deviations = np.sqrt(np.diagonal(band.places, axis1=1, axis2=2))
     with on_axes(axes) as target:
         for k in range(places.shape[1]):
             low, high = places[:, k] - 2 * deviations[:, k], places[:, k] + 2 * deviations[:, k]
             target.fill_between(times, low, high, color=COLOURS[k], alpha=0.3, linewidth=0)
             target.plot(times, places[:, k], STYLES[k], color=COLOURS[k], linewidth=1.0, label=f"${'xyz'[k]}$, ±2σ")
-        target.set_xlabel("time")
+        target.set_xlabel(name)
         target.set_ylabel("place")
         target.plot([], [], ":", color=INK, linewidth=1.2, label="2σ of the turn")
         beside = target.twinx()
@@ -144,7 +147,6 @@ def _plot_convergence(solutions: Sequence[Solution], axes: Axes | None) -> Axes:
             line.set(label=name, linewidth=1.4, markersize=4)
             # Of one method with other options: in its colour, but apart.
             line.set_linestyle(("-", "--", ":")[min(methods[:k].count(methods[k]), 2)])
-            line.set_markevery(max(1, len(np.atleast_1d(line.get_ydata())) // MOST_MARKERS))
         if not any(s.log for s in solutions):
             target.set_xticks([])
             target.set_yticks([])
@@ -174,7 +176,7 @@ def _plot_multipliers(solution: Solution, axes: Axes | None) -> Axes:
                 target.vlines(place, 0, values, color=colour, linewidth=1.2)
                 target.plot(place, values, "os^vDx"[k % 6], color=colour, markersize=4, label=name)
             else:
-                target.plot(number, values, STYLES[k % 3], color=colour, linewidth=1.0, label=name)
+                target.plot(*thinned(number, values), STYLES[k % 3], color=colour, linewidth=1.0, label=name)
         target.set_ylim(bottom=0)
         target.xaxis.set_major_locator(MaxNLocator(integer=True))
         target.set_xlabel(what)

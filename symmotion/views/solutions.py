@@ -1,8 +1,9 @@
 """What there is to show of a solution, whatever question its program asks."""
 
-from typing import Any
+from typing import Protocol, runtime_checkable
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from symmotion.design.affine import AffineDesign
 from symmotion.design.free_times import FreeTimesDesign
@@ -14,8 +15,14 @@ from symmotion.solvers import Solution
 from symmotion.splines import Spline
 
 
-# Any: of a kind that is drawn, each in its own way.
-def motion_or_none(solution: Solution) -> Any:
+@runtime_checkable
+class Drawn(Protocol):
+    """What has a picture of its own."""
+
+    def plot(self, axes: Axes | None = None) -> Axes: ...
+
+
+def motion_or_none(solution: Solution) -> Spline | Drawn | None:
     """The solution's motion or curve, None where it has no picture: it is not finite, or of a kind not drawn."""
     if not np.isfinite(solution.x).all() or not hasattr(solution.program.design, "motion"):
         return None
@@ -24,7 +31,7 @@ def motion_or_none(solution: Solution) -> Any:
     except InputError:
         # Where a solver stopped half-way, control quaternions may be zero.
         return None
-    return motion if isinstance(motion, Spline) or hasattr(motion, "plot") else None
+    return motion if isinstance(motion, Spline | Drawn) else None
 
 
 def keyframes_of(solution: Solution) -> Keyframes | None:

@@ -2,18 +2,17 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, TypeAlias
 
 import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
-
-Settings: TypeAlias = dict[Any, Any]  # so Matplotlib types its settings
+from matplotlib.typing import RcKeyType
 
 # Each has a contrast of 3 or more on white and on the dark page, and all pairs stay apart in normal,
 # deuteranopic, protanopic and tritanopic sight; the last is ink, which turns light on the dark page.
 COLOURS = ("#0072b2", "#d55e00", "#18a77a", "#9b7efc", "#a34c6e", "#000000")
 INK = COLOURS[5]
+STYLES = ("-", "--", "-.")
 METHODS = {
     "newton": (COLOURS[0], "o"),
     "ipopt": (COLOURS[1], "s"),
@@ -21,7 +20,7 @@ METHODS = {
     "newton-sparse": (COLOURS[3], "v"),
     "ipopt-plain": (COLOURS[4], "D"),
 }
-STYLE: Settings = {
+STYLE: dict[RcKeyType, object] = {
     "axes.prop_cycle": cycler(color=COLOURS),
     "axes.spines.top": False,
     "axes.spines.right": False,

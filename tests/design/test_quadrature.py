@@ -6,9 +6,11 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 import symmotion as sm
-from symmotion.splines import BSplineBasis
+from symmotion.motions.interpolants import polar_blend
+from symmotion.splines import BSplineBasis, integrate
 
 KEYS = sm.examples.random_keyframes(3, 50, 3)
 
@@ -34,6 +36,16 @@ def test_strain_of_a_motion_that_is_nearly_singular_has_ten_digits(least):
 def test_strain_of_a_singular_motion_is_refused_with_its_times(least):
     with pytest.raises(sm.InputError, match=r"S has no value between times 0 and 1: at time 0.*A is singular"):
         sm.measure(squeezed(least), sm.StrainRate())
+
+
+def test_curves_of_quaternions_that_are_no_splines_are_measured_by_their_rates():
+    """Of a slerp the rate is the angle of a step, all the way; of a squad the torque is what SciPy integrates."""
+    angles = (KEYS.rotations()[:-1].inv() * KEYS.rotations()[1:]).magnitude()
+    turning = sm.JetEnergy(lambda jet: jet.rate, squares=True)
+    assert sm.measure(sm.interpolants.slerp_curve(KEYS), turning) == pytest.approx((angles**2).sum(), rel=1e-10)
+    squad = sm.interpolants.squad(KEYS)
+    spans = [quad(lambda t: float((squad.jet(t).acceleration ** 2).sum()), a, a + 1, epsabs=1e-10)[0] for a in (0, 1)]
+    assert sm.measure(squad, sm.Torque()) == pytest.approx(sum(spans), rel=1e-8)
 
 
 def test_the_digits_of_what_is_too_rough_are_told():
@@ -82,3 +94,31 @@ def test_what_is_exact_has_no_quadrature_error():
     solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
     assert solution.quadrature_error == 0
     assert "quadrature" not in repr(solution)
+
+
+@pytest.mark.parametrize("energy", [sm.Rigidity(), sm.Rigidity(2)])
+def test_a_rigid_motion_is_rigid_up_to_rounding_and_not_looked_at_for_long(energy):
+    motion = polar_blend(sm.examples.random_keyframes(5, 70, 2), rotation="slerp")
+    asked = []
+
+    def series(t, order):
+        asked.append(len(t))
+        return motion.series(t, order)
+
+    value = sm.measure(replace(motion, series=series), energy)
+    # What is known of it is that it is no more than rounding: 2e5 evaluations would not tell more.
+    assert 0 <= value < 1e-25
+    assert value.error > 0.1 * value
+    assert sum(asked) < 5_000
+
+
+def test_noise_is_told_and_not_halved_without_end():
+    rng, asked = np.random.default_rng(0), []
+
+    def noisy(t):
+        asked.append(len(t))
+        return t**4 * rng.normal(size=t.shape) ** 2
+
+    found = integrate(noisy, np.array([0.0, 1.0]), np.array([1.0, 2.0]))
+    assert abs(found.value - 6.4) < found.error
+    assert sum(asked) < 5_000

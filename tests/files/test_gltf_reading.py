@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 import symmotion as sm
 from symmotion.errors import InputError
-from symmotion.files import read_keyframes
+from symmotion.files import gltf_keyframes, read_keyframes
 from symmotion.files.gltf_keyframes import read_gltf_keyframes
 from symmotion.files.gltf_writing import write_gltf
 
@@ -421,8 +421,10 @@ def chained(count: int, moving: int, samples: int = 2) -> bytes:
     ).encode()
 
 
+@pytest.mark.parametrize("part", [1, 2, 100])
 @pytest.mark.parametrize("moving", [0, 3, 6])
-def test_chains_of_nodes_that_stand_still_are_carried_as_one(moving, tmp_path):
+def test_chains_of_nodes_that_stand_still_are_carried_as_one(moving, part, tmp_path, monkeypatch):
+    monkeypatch.setattr(gltf_keyframes, "PART", part)
     path = tmp_path / "chain.gltf"
     path.write_bytes(chained(7, moving))
     found = read_gltf_keyframes(path, node=6)

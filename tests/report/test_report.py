@@ -46,7 +46,7 @@ def good_run(case="quarter turn"):
 
 
 def record(name="one", result=None, error="", question="Does it hold?"):
-    return StudyRecord(name, question, "HJK 5.1", 1.25, result, error)
+    return StudyRecord(name, question, "HJK 5.1", 1.25, result, error, subject="affine")
 
 
 def found(**changes):
@@ -58,6 +58,7 @@ def found(**changes):
             "tables": (table,),
             "figures": (draw(),),
             "runs": (good_run(), bad_run()),
+            "answer": "It holds for 1 of 2.",
             "conclusion": "It holds.\n\nMostly.",
             "notes": ("Ran on example data.",),
             **changes,
@@ -103,6 +104,7 @@ def test_json_follows_the_contract(tmp_path):
     assert {"name", "question", "source", "status", "error", "seconds", "figures", "tables", "runs"} <= set(study)
     assert (study["status"], study["error"], study["seconds"]) == ("ok", None, 1.25)
     assert study["conclusion"] == "It holds.\n\nMostly." and study["notes"] == ["Ran on example data."]
+    assert study["answer"] == "It holds for 1 of 2." and study["subject"] == "affine"
     assert study["figures"] == ["figures/one-picture.svg"] and (tmp_path / study["figures"][0]).is_file()
     assert study["tables"][0]["columns"] == [{"name": "case", "unit": ""}, {"name": "length", "unit": "m"}]
     assert study["tables"][0]["rows"] == [["a", 1 / 3], ["b", None], ["c", None]]
@@ -168,7 +170,8 @@ def test_the_page_is_accessible_and_needs_nothing_else(tmp_path):
     assert headings[:2] == [1, 2] and all(b - a <= 1 for a, b in pairwise(headings))
     assert page.tags.count("table") == page.tags.count("caption") == 3
     svgs = [a for tag, a in zip(page.tags, page.attributes, strict=True) if tag == "svg"]
-    assert [(a["role"], a["aria-label"]) for a in svgs] == [("img", "A line that falls and rises.")]
+    told = [a for a in svgs if a.get("aria-hidden") != "true"]  # the small one beside the answer says nothing new
+    assert [(a["role"], a["aria-label"]) for a in told] == [("img", "A line that falls and rises.")]
     assert not {"script", "link", "img", "iframe"} & set(page.tags)
     assert not re.search(r'(src|href)="(?!#|report\.json")|@import|<image|url\((?!#)', page.source)
 
@@ -176,7 +179,7 @@ def test_the_page_is_accessible_and_needs_nothing_else(tmp_path):
 def test_a_failed_study_is_shown_with_its_error(tmp_path):
     path = write_report([record("one", found()), record("two", error="ValueError: no poses")], tmp_path)
     text = " ".join(Page(path).text.split())
-    assert "1 of 2 certified" in text and "✗ failed" in text and "ValueError: no poses" in text
+    assert "1 of 2 ok, 1 of 2 runs certified" in text and "✗ failed: ValueError: no poses" in text
     failed = strict_json(tmp_path / "report.json")["studies"][1]
     assert (failed["status"], failed["error"], failed["conclusion"]) == ("failed", "ValueError: no poses", None)
     assert failed["figures"] == failed["tables"] == failed["runs"] == []

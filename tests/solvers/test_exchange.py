@@ -197,3 +197,14 @@ def test_an_excess_that_is_only_sampled_is_exchanged_and_said():
     assert excess.kind == "sampled" and excess.value <= 1e-7
     assert "sampled excess" in str(found.exchange)
     assert found.objective == pytest.approx(SOLUTION.objective, rel=1e-6)
+
+
+def test_a_bound_that_a_keyframe_is_beyond_is_infeasible():
+    """Times that follow the maxima come ever closer to the keyframe: that conflicts with none of them."""
+    keys = sm.examples.random_keyframes(4, 40, seed=24)
+    energies = sm.Rigidity() + 0.1 * sm.TrajectoryEnergy(np.eye(keys.dimension))
+    most = keys.translation[:, 0].max() - 1e-4
+    wall = sm.JetConstraint(lambda jet: jet.v[0], lower=-np.inf, upper=float(most), name="wall")
+    solution = sm.ExactNewton().solve(sm.affine_program(keys, objective=energies, constraints=[wall]))
+    assert solution.status == "infeasible"
+    assert solution.message == "'keyframes' and 'wall' cannot hold together"

@@ -148,6 +148,18 @@ def test_newton_leaves_a_saddle_point_along_negative_curvature():
         assert solution.objective < 0.5 * stuck.objective
 
 
+def test_the_lower_of_two_descents_is_returned_where_conditions_leave_rounding_in_steps():
+    """The gradient across the conditions is as large as the multipliers: a step may not be judged by it."""
+    turning = sm.constraints.AngularRate(2, [0.1, 0.4, 0.7])
+    program = sm.affine_program(sm.examples.spatial_keyframes(), constraints=[turning], refine=2)
+    solution = sm.ExactNewton().solve(program).require()
+    ends = [row.objective for row in solution.log if row.stationarity < 1e-8]
+    assert max(ends) > 1.002 * min(ends)
+    assert solution.objective == pytest.approx(min(ends), rel=1e-12)
+    polished = sm.Ipopt(tolerance=1e-10).solve(program, start=solution).require(1e-9)
+    assert polished.objective == pytest.approx(solution.objective, rel=1e-10)
+
+
 def test_failure_is_data_and_require_raises():
     program = sm.affine_program(sm.examples.random_keyframes(8, 140, 1), objective=sm.Rigidity(2))
     for solver in (

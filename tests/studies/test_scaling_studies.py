@@ -15,7 +15,7 @@ from studies.solving.scaling_alternatives import Answer, OptiIpopt, Sqpmethod, T
 from studies.solving.scaling_fatrop import Fatrop
 from studies.solving.scaling_limit import ONCE, PHASES, REST, Rates, Work, divide, operations, prepared, spent, work
 from studies.solving.scaling_tables import METHODS, OURS, slope
-from studies.solving.scaling_worker import BRIEF, Budget, Measurement, measure, timed
+from studies.solving.scaling_worker import BRIEF, Budget, Measurement, Nursery, measure, timed
 from symmotion.program import Evaluator
 from symmotion.report import Run, StudyOptions
 from symmotion.solvers.solution import Seconds
@@ -114,6 +114,15 @@ def test_a_method_that_does_not_return_is_a_row(how, budget, status, message):
     assert (found.run.status, found.seconds) == (status, None)
     assert message in found.run.message
     assert bool(found.stopped) == (status == "stopped")
+
+
+def test_one_nursery_serves_on_after_what_was_stopped_or_broke_down():
+    with Nursery() as nursery:
+        stopped = measure("sleeper", Sleeper("sleep"), 4, Budget(0.1, 8192), nursery)
+        died = measure("sleeper", Sleeper("die"), 4, PLENTY, nursery)
+        found = measure("newton", sm.ExactNewton(kernels="interpreted"), 4, PLENTY, nursery)
+    assert (stopped.run.status, died.run.status) == ("stopped", "stopped")
+    assert found.run.certified
 
 
 def test_a_measurement_in_a_process_of_its_own():

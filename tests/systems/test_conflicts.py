@@ -93,3 +93,12 @@ def test_elimination_says_so_before_it_starts():
 def test_what_contradicts_to_begin_with_is_refused_with_those_it_is_made_of(constraints, message):
     with pytest.raises(sm.InputError, match=message):
         program(*constraints)
+
+
+def test_a_matrix_that_lapack_gives_up_on_is_no_fault(monkeypatch):
+    def gives_up(*arguments, **options):
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    monkeypatch.setattr("scipy.optimize._lsq.trf.svd", gives_up)
+    case, names = CASES["bounds"]
+    assert conflicting(case, case.x0) == names

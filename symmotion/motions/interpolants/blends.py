@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg as la
 
+from symmotion.brief import in_a_line
 from symmotion.checks import choice, numbers, read_only
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
@@ -216,6 +217,8 @@ class Steady:
     matrices: np.ndarray
     logs: np.ndarray
 
+    __repr__ = in_a_line
+
     def __post_init__(self):
         for name in ("times", "matrices", "logs"):
             object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
@@ -237,6 +240,8 @@ class Exponential:
 
     generator: Spline
 
+    __repr__ = in_a_line
+
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         unit = _unit(self.generator.control_points)
         return unit * _exponential(_of_spline(self.generator, t, order) / unit)
@@ -248,6 +253,8 @@ class PlanarTurns:
 
     angle: Spline
 
+    __repr__ = in_a_line
+
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         return _exponential(_of_spline(self.angle, t, order)[..., None, None] * TURN_2D)
 
@@ -258,6 +265,8 @@ class SpatialTurns:
 
     times: np.ndarray
     rotations: np.ndarray
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         for name in ("times", "rotations"):
@@ -291,6 +300,8 @@ class Polar:
     turning: Steady | PlanarTurns | SpatialTurns
     sizes: Spline
     path: Spline
+
+    __repr__ = in_a_line
 
     def __call__(self, t: np.ndarray, order: int) -> np.ndarray:
         linear = _product(self.turning(t, order), _of_spline(self.sizes, t, order))
@@ -334,16 +345,18 @@ def _exponential(generator: np.ndarray) -> np.ndarray:
     those of exp(L) in its first row: both stand for the same polynomials in a nilpotent matrix.
     """
     orders, count, n, _ = generator.shape
+    # In a unit of time in which the rates are of order one: each squaring of larger ones loses digits.
+    rates = [np.abs(generator[k]).max(initial=0.0) ** (1 / k) for k in range(1, orders)]
+    fastest = max(rates, default=0.0)
+    unit = 2.0 ** -np.ceil(np.log2(fastest)) if fastest > 1 else 1.0
+    powers = unit ** np.arange(orders)[:, None, None, None]
+    generator = generator * powers
     blocks = np.zeros((count, orders, n, orders, n))
-    # In a unit of time in which no coefficient is large, or scaling by the largest would cost the digits of the others.
-    size = np.abs(generator).max(axis=(1, 2, 3), initial=0.0)
-    units = [float(np.log2(max(size[0], 1.0) / size[k])) / k for k in range(1, orders) if size[k]]
-    unit = 2.0 ** (np.floor(min(units, default=0.0)) * np.arange(orders))
     for k in range(orders):
         for j in range(orders - k):
-            blocks[:, j, :, j + k, :] = unit[k] * generator[k]
+            blocks[:, j, :, j + k, :] = generator[k]
     result = _exponentials(blocks.reshape(count, orders * n, orders * n))
-    return result.reshape(count, orders, n, orders, n)[:, 0].transpose(2, 0, 1, 3) / unit[:, None, None, None]
+    return result.reshape(count, orders, n, orders, n)[:, 0].transpose(2, 0, 1, 3) / powers
 
 
 def _exponentials(matrices: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.brief import in_a_line
 from symmotion.checks import floats, numbers, read_only, whole
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
@@ -131,6 +132,8 @@ class Slerps:
 
     quaternions: np.ndarray
 
+    __repr__ = in_a_line
+
     def __post_init__(self):
         object.__setattr__(self, "quaternions", read_only(numbers(self.quaternions, "quaternions")))
 
@@ -145,6 +148,8 @@ class Squads:
     outer: Slerps
     inner: Slerps
 
+    __repr__ = in_a_line
+
     def __call__(self, i: np.ndarray, u: np.ndarray) -> np.ndarray:
         return slerp(self.outer(i, u), self.inner(i, u), 2 * u * (1 - u))
 
@@ -154,6 +159,8 @@ class SlerpBezier:
     """De Casteljau's algorithm with slerps on control quaternions (S, n + 1, 4)."""
 
     controls: np.ndarray
+
+    __repr__ = in_a_line
 
     def __post_init__(self):
         object.__setattr__(self, "controls", read_only(numbers(self.controls, "control quaternions")))
