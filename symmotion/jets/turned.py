@@ -13,11 +13,10 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import comb
 
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.splines.cumulative import cumulative
-from symmotion.splines.pieces import EPS, Poly
+from symmotion.splines.pieces import EPS, Poly, choose
 
 DEGREE = 10
 ELLIPSES = 2.0 ** np.arange(0.5, 7.0, 0.5)
@@ -120,6 +119,6 @@ def _to_bernstein(m: int) -> np.ndarray:
     columns = []
     for n in range(m + 1):
         j = np.arange(n + 1)
-        scaled = (-1.0) ** (n - j) * comb(2 * n, 2 * j)
-        columns.append(np.convolve(scaled, comb(m - n, np.arange(m - n + 1))) / comb(m, np.arange(m + 1)))
+        scaled = (-1.0) ** (n - j) * choose(2 * n, 2 * j)
+        columns.append(np.convolve(scaled, choose(m - n, np.arange(m - n + 1))) / choose(m, np.arange(m + 1)))
     return np.stack(columns, axis=1)

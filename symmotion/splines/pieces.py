@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import comb
+from numpy.typing import ArrayLike
 
 from symmotion.splines.basis import BSplineBasis
 from symmotion.splines.spline import Spline
@@ -16,10 +16,17 @@ from symmotion.splines.spline import Spline
 EPS = float(np.finfo(float).eps)
 
 
+def choose(n: ArrayLike, k: ArrayLike) -> np.ndarray:
+    """C(n, k), broadcast."""
+    from scipy.special import comb  # here, as SciPy's other large parts: it is not needed by `import symmotion`
+
+    return np.asarray(comb(n, k))
+
+
 @lru_cache(maxsize=256)
 def binomials(n: int) -> np.ndarray:
     """(n + 1, 1) the binomials of degree n."""
-    return comb(n, np.arange(n + 1))[:, None]
+    return choose(n, np.arange(n + 1))[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,4 +150,4 @@ def halves(coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def halving(n: int) -> np.ndarray:
     """(n + 1, n + 1) what makes the coefficients on the first half: C(i, j) / 2ⁱ."""
     i, j = np.indices((n + 1, n + 1))
-    return comb(i, j) / 2.0**i
+    return choose(i, j) / 2.0**i

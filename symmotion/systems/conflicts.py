@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 from scipy import sparse
-from scipy.optimize import least_squares
 
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.program import Program
@@ -89,6 +88,8 @@ def _missed(
         weight = np.where(equal | (evaluator.violation(x)[rows] != 0), 1 / scale[rows], 0.0)
         found = sparse.csr_array(evaluator.jacobian(x)[rows][:, touched] * unit[touched] * weight[:, None])
         return found.toarray() if dense else found
+
+    from scipy.optimize import least_squares  # here, since it is a fifth of the time of `import symmotion`
 
     dense = len(rows) * len(touched) <= DENSE
     start_at, limits = np.zeros(len(touched)), {"ftol": 1e-14, "xtol": 1e-12, "gtol": 1e-12, "max_nfev": MOST_STEPS}
