@@ -80,5 +80,5 @@ def draw_outlines(
     faces = shape.polygons(pose(shape.vertices) @ view)
     shown = [colours[k % len(colours)] for k in range(len(faces))]
     inside = np.array([to_rgba(colour, alpha) for colour in shown])
-    draw_faces(axes, faces, inside, [to_rgba(colour) for colour in shown], linewidths=linewidth)
+    draw_faces(axes, faces, inside, [to_rgba(colour) for colour in shown], width=linewidth)
     bare(axes)
