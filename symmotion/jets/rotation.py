@@ -4,7 +4,8 @@ Scalar first. Where a formula is 0/0, a power series in the squared norm takes i
 that square, with the other branch kept away from zero so that no derivative of it is NaN.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache, wraps
 from math import factorial
 
 import casadi as ca
@@ -19,6 +20,25 @@ def symbols(name: str = "quaternion") -> ca.SX:
     return ca.SX.sym(name, 4)
 
 
+def written_once(*sizes: int) -> Callable[[Callable[..., ca.SX]], Callable[..., ca.SX]]:
+    """An expression of vectors of these sizes, written in symbols once: CasADi copies it faster than Python says it."""
+
+    def of(expression: Callable[..., ca.SX]) -> Callable[..., ca.SX]:
+        @lru_cache(maxsize=1)
+        def function() -> ca.Function:
+            symbols = [ca.SX.sym(f"v_{k}", size) for k, size in enumerate(sizes)]
+            return ca.Function("expression", symbols, [expression(*symbols)])
+
+        @wraps(expression)
+        def copied(*vectors: ca.SX) -> ca.SX:
+            return function().call(list(vectors))[0]
+
+        return copied
+
+    return of
+
+
+@written_once(4, 4)
 def product(p: ca.SX, q: ca.SX) -> ca.SX:
     """p q, quaternions (4, 1)."""
     return ca.vertcat(
@@ -34,6 +54,7 @@ def conjugate(q: ca.SX) -> ca.SX:
     return ca.vertcat(q[0], -q[1], -q[2], -q[3])
 
 
+@written_once(3)
 def exp(v: ca.SX) -> ca.SX:
     """exp(v) = (cos |v|, sin |v| v/|v|), v (3, 1)."""
     s = ca.sumsqr(v)
@@ -52,6 +73,22 @@ def log(q: ca.SX, turns: "ca.SX | float" = 0.0) -> ca.SX:
     v = h(w) Im q with h = θ/sin θ, cos θ = w. As a function of w alone it is smooth at w = 1, is
     defined beyond (h is held from w = 1.5 on), and fixes the length of q: no gauge is left to drift along.
     """
+    return _longer(q, turns) if isinstance(turns, ca.SX) else _principal(q)
+
+
+@written_once(4)
+def _principal(q: ca.SX) -> ca.SX:
+    return _angle_by_sine(q)[0] * q[1:]
+
+
+@written_once(4, 1)
+def _longer(q: ca.SX, turns: ca.SX) -> ca.SX:
+    ratio, sine = _angle_by_sine(q)
+    return (ratio + ca.if_else(turns == 0.0, 0.0, 2 * ca.pi * turns / sine)) * q[1:]
+
+
+def _angle_by_sine(q: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """θ/sin θ, cos θ = w, and sin θ, 1 where it is small."""
     y = 1.0 - q[0]
     small = y < SMALL_VERSINE
     safe = ca.if_else(small, 1.0, y)
@@ -60,9 +97,7 @@ def log(q: ca.SX, turns: "ca.SX | float" = 0.0) -> ca.SX:
     # θ/sin θ = Σ 4ᵏ (k!)²/(2k + 1)! (y/2)ᵏ.
     terms = [4.0**k * factorial(k) ** 2 / factorial(2 * k + 1) / 2.0**k for k in range(12)]
     ratio = ca.if_else(small, _series(terms, ca.fmax(ca.if_else(small, y, 0.0), -0.5)), ca.acos(cosine) / sine)
-    if isinstance(turns, ca.SX):
-        ratio += ca.if_else(turns == 0.0, 0.0, 2 * ca.pi * turns / ca.if_else(small, 1.0, sine))
-    return ratio * q[1:]
+    return ratio, ca.if_else(small, 1.0, sine)
 
 
 def _series(coefficients: Sequence[float], x: ca.SX) -> ca.SX:
@@ -72,6 +107,7 @@ def _series(coefficients: Sequence[float], x: ca.SX) -> ca.SX:
     return result
 
 
+@written_once(4, 3)
 def rotate(q: ca.SX, v: ca.SX | ca.DM) -> ca.SX:
     """q v q⁻¹, a vector v (3, 1) turned by a unit quaternion."""
     twice = 2 * ca.cross(q[1:], v)
