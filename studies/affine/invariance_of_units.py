@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import symmotion as sm
+from studies.shares import share
 from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table, to_figure
 from symmotion.views import COLOURS, new_figure
 
@@ -225,7 +226,12 @@ def run(options: StudyOptions) -> StudyResult:
         f"cases; {alike} of {problems} problems end with the same status and inertia after as many iterations, give "
         f"or take one, and multipliers scale as they must, to {max(row[5] for row in rows):.1g}."
     )
-    return StudyResult((Table("deviations", columns, tuple(rows), caption),), (_figure(worst),), conclusion=conclusion)
+    answer = (
+        f"In other units and from far origins, turns and linear parts differ by {max(row[2] for row in rows):.0e} at "
+        f"most, and {share(alike, problems)} problems end alike, after as many iterations give or take one."
+    )
+    tables = (Table("deviations", columns, tuple(rows), caption),)
+    return StudyResult(tables, (_figure(worst),), conclusion=conclusion, answer=answer)
 
 
 def _figure(worst: dict[str, float]) -> Figure:

@@ -72,7 +72,11 @@ def run(options: StudyOptions) -> StudyResult:
     runs = tuple(Run.of("six planar keyframes", s) for s in comparison.solutions)
     caption = "A letter K under the optimal motion. Grey: the keyframes."
     moving = player("motion", {"optimum": solution.motion}, letter_k(), caption, keys)
-    return StudyResult((table, check), figures, runs, conclusion, players=(moving,))
+    answer = (
+        f"The multipliers name keyframe {worst} as the dearest; what moving it by {small[1]:g} gains they predict to "
+        f"{100 * abs(small[2] / small[3] - 1):.2g} %, by {large[1]:g} to {100 * abs(large[2] / large[3] - 1):.0f} %."
+    )
+    return StudyResult((table, check), figures, runs, conclusion, players=(moving,), answer=answer)
 
 
 def _prices_figure(keys: sm.Keyframes, solution: sm.Solution, prices) -> Figure:

@@ -51,7 +51,11 @@ def run(options: StudyOptions) -> StudyResult:
         "is nothing to choose, and for keyframes that change shape everywhere uniform refinement is as good.\n\n"
         + _auxiliary_words(auxiliary)
     )
-    return StudyResult((table, auxiliary), (_figure(drawn),), tuple(runs), conclusion)
+    answer = (
+        f"Knots put where the distortion is beat uniform ones in R* by up to {most[4]:.3g} times, {len(gains)} to "
+        f"{len(losses)} in {len(rows)} comparisons; {_auxiliary_words(auxiliary, True)}."
+    )
+    return StudyResult((table, auxiliary), (_figure(drawn),), tuple(runs), conclusion, answer=answer)
 
 
 def _auxiliary(options: StudyOptions, runs: list[Run]) -> Table:
@@ -94,8 +98,10 @@ def _through(case: str, keys: sm.Keyframes, program: sm.program.Program) -> Run:
     return Run.of(case, solver.solve(program, start=first.motion))
 
 
-def _auxiliary_words(table: Table) -> str:
+def _auxiliary_words(table: Table, short: bool = False) -> str:
     plain, helped, newton = (float(np.mean([float(r[k] or 0) for r in table.rows])) for k in (1, 2, 3))
+    if short:
+        return f"auxiliary keyframes certify {helped:.0f} % of eliminations in place of {plain:.0f} %"
     return (
         f"Starting the classical elimination through auxiliary keyframes certifies {helped:.0f} % of the problems "
         f"instead of {plain:.0f} %; ExactNewton certifies {newton:.0f} % without."

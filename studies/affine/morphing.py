@@ -90,7 +90,12 @@ def run(options: StudyOptions) -> StudyResult:
     picture = _figure(motions, shape, copies)
     caption = "A drawn fish under three affine motions through the least-squares keyframes, grey."
     fish = player("morphs", motions, [outline(shape, 12)], caption, keys, picture=picture)
-    return StudyResult(tables, (picture,), tuple(runs), conclusion, players=(fish,))
+    answer = (
+        f"Between affine copies the motion of least R keeps {100 * least['least R']:.0f} % of the fish's area or more, "
+        f"that of least R* {100 * least['least R*']:.0f} %, the component-wise spline "
+        f"{100 * least['interpolating spline']:.0f} %."
+    )
+    return StudyResult(tables, (picture,), tuple(runs), conclusion, players=(fish,), answer=answer)
 
 
 def _areas(motion: sm.AffineMotion) -> tuple[float, float]:

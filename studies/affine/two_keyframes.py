@@ -7,7 +7,7 @@ import numpy as np
 import symmotion as sm
 from symmotion.bodies import letter_k
 from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
-from symmotion.views import draw_body, draw_inner_products, new_figure
+from symmotion.views import draw_body, draw_deviation, draw_inner_products, nearly_rigid, new_figure
 
 KEYFRAMES = {"orthogonal": sm.examples.quarter_turn(), "general": sm.examples.sheared_turn()}
 DRAWN = (1, 2, 3)
@@ -73,7 +73,12 @@ def run(options: StudyOptions) -> StudyResult:
             f"\n\nThe gradual way pays: at once, from the straight blend, ExactNewton ends at a worse local minimum "
             f"in {len(worse)} of {len(rows)} cases ({'; '.join(worse)})."
         )
-    return StudyResult((table,), tuple(figures), tuple(runs), conclusion, players=tuple(players))
+    bends = [f"{r[5]:.2g} at degree {r[2]}" for r in rows if r[:2] == ("orthogonal", "R*") and r[2] in DRAWN]
+    answer = (
+        "Between rigid keyframes a quarter turn apart, the inner products of the body's axes are off by "
+        f"{', '.join(bends)} when R* is least."
+    )
+    return StudyResult((table,), tuple(figures), tuple(runs), conclusion, players=tuple(players), answer=answer)
 
 
 def _distortion(motion: sm.AffineMotion) -> float:
@@ -97,6 +102,13 @@ def _pictures(name: str, motions: Sequence[sm.AffineMotion]) -> Figure:
 
 
 def _products(name: str, keys: sm.Keyframes, motions: Sequence[sm.AffineMotion]) -> Figure:
+    if nearly_rigid(keys):
+        with new_figure(7.0, 2.6) as figure:
+            axes = figure.subplots()
+            draw_deviation(axes, {f"degree {degree}": motions[degree - 1] for degree in DRAWN})
+            figure.legend(loc="outside upper left", ncols=3)
+            caption = f"How far these motions are from rigid between the {name} keyframes, which are rigid."
+            return to_figure(figure, f"{name}-inner-products", caption)
     with new_figure(7.0, 2.6) as figure:
         panels = figure.subplots(1, len(DRAWN), sharey=True)
         for axes, degree in zip(panels, DRAWN, strict=True):

@@ -1,5 +1,7 @@
 """Motion curves under conditions: a bouncing ball, a camera with a speed limit, and what the multipliers say."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 import symmotion as sm
@@ -26,13 +28,24 @@ def run(options: StudyOptions) -> StudyResult:
     ball_tables, ball_figure, ball, ball_text = _ball(runs)
     options.progress("camera")
     camera_tables, camera_figures, camera, camera_text = _camera(runs, 81 if options.full else 33)
+    hops, limits = (float(worst_miss(t.rows)) for t in (ball_tables[0], camera_tables[0]))
+    answer = (
+        "Multipliers say which condition is the dear one: what a change of the ball's conditions costs they predict "
+        f"to {hops:.1g} % or better, the price of the camera's speed limit to {limits:.1g} %."
+    )
     return StudyResult(
         (*ball_tables, *camera_tables),
         (ball_figure, *camera_figures),
         tuple(runs),
         f"{ball_text}\n\n{camera_text}",
         players=(ball, camera),
+        answer=answer,
     )
+
+
+def worst_miss(rows: Sequence[tuple]) -> float:
+    """By how much the last two numbers of a row differ, in percent of the last, at most; of rows that have them."""
+    return max(100 * abs(r[-2] - r[-1]) / abs(r[-1]) for r in rows if r[-1] is not None)
 
 
 def bounce_times(bounces: int) -> np.ndarray:

@@ -62,7 +62,12 @@ def run(options: StudyOptions) -> StudyResult:
         f"The cubic Bézier curve's speed varies by a factor {_variation(cubic):.3g} along its path. Reparametrised by "
         f"arc length, it has passed the length it should at every time tried, to {error:.1g} of the whole."
     )
-    return StudyResult((families, agreement), tuple(figures), (), conclusion, players=_players())
+    dear = [row[1] for row in families.rows if row[0] != smoothest[0] and isinstance(row[1], float)]
+    answer = (
+        f"Of {len(families.rows)} curves through the same keys at the same times the {smoothest[0]} one bends least; "
+        f"∫ ‖x''‖² of the others is {min(dear) / smoothest[1]:.3g} to {max(dear) / smoothest[1]:.3g} times as large."
+    )
+    return StudyResult((families, agreement), tuple(figures), (), conclusion, players=_players(), answer=answer)
 
 
 def _players() -> tuple[Player, ...]:

@@ -8,6 +8,7 @@ from scipy.ndimage import gaussian_filter
 import symmotion as sm
 from studies.fairing.fairing_nets import fairness, rippled, rms, turn_error
 from studies.fairing.isophotes import break_figure, break_table, isophote_breaks
+from studies.shares import spread
 from symmotion.fairing import FairingResult, Method, fair, fairing_path, fairing_program
 from symmotion.motions import DualQuaternions, TwoParameterMotion, noisy_net, smooth_net
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
@@ -45,7 +46,8 @@ def run(options: StudyOptions) -> StudyResult:
         break_table(breaks),
     )
     figures = (_pareto_figure(points), _path_figure(nets[0]), break_figure(nets[0]))
-    return StudyResult(tables, figures, tuple(runs), _conclusion(points, keyframes, borders, amounts, breaks))
+    text, answer = _conclusion(points, keyframes, borders, amounts, breaks), _answer(points, keyframes)
+    return StudyResult(tables, figures, tuple(runs), text, answer=answer)
 
 
 def near(motion: TwoParameterMotion, count: int, seed: int) -> list:
@@ -269,6 +271,18 @@ def _path_figure(net: TwoParameterMotion) -> Figure:
         axes.set_ylabel("G")
         figure.legend(loc="outside upper left", ncols=4)
         return to_figure(figure, "path", "The L-curve of the first net, its corner, and where the noise says to stop.")
+
+
+def _answer(points: list[Point], keyframes: list) -> str:
+    base = {(p.seed, k): p.fairness for k, p in _levels(points, "least squares", "uniform")}
+    greedy, gaussian = (
+        spread(p.fairness / base[p.seed, k] for k, p in _levels(points, m, "uniform")) for m in ("greedy", "Gaussian")
+    )
+    dearer = spread(k[1] / k[0] for k in keyframes)
+    return (
+        f"At equal displacement greedy steps leave {greedy} times the G of least squares, Gaussian smoothing "
+        f"{gaussian}; four keyframes multiply G by {dearer}, over {len(keyframes)} nets."
+    )
 
 
 def _conclusion(points: list[Point], keyframes: list, borders: list, amounts: list, breaks: list[tuple]) -> str:

@@ -57,7 +57,11 @@ def run(options: StudyOptions) -> StudyResult:
         f"part. Steps of the solvers: {steps}. Fairing lowers G from {faired.initial:.3g} to {faired.final:.3g} in "
         f"{faired.steps} steps."
     )
-    return StudyResult((table,), figures, runs, conclusion)
+    answer = (
+        f"They show that keyframe {dearest} in space is the dearest, ‖λ‖ = {size[dearest]:.3g}, and that fairing "
+        f"lowers G from {faired.initial:.3g} to {faired.final:.3g} in {faired.steps} steps."
+    )
+    return StudyResult((table,), figures, runs, conclusion, answer=answer)
 
 
 def _others(solution: sm.Solution, faired: sm.fairing.FairingResult, net: sm.motions.TwoParameterMotion) -> list:

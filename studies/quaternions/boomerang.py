@@ -89,7 +89,11 @@ def run(options: StudyOptions) -> StudyResult:
     moving = player(
         "flight", flights, [arm], caption, Keyframes(s, *motion(s)), picture=picture, unit="s", direction=VIEW[:, 2]
     )
-    return StudyResult((table,), (picture,), (), conclusion, players=(moving,))
+    answer = (
+        f"One Hermite quaternion curve carries a boomerang through {rows[0][2]:.3g} to {rows[-1][2]:.3g} turns, with "
+        f"end rates that are met to {max(r[5] for r in rows):.1g} rad/s."
+    )
+    return StudyResult((table,), (picture,), (), conclusion, players=(moving,), answer=answer)
 
 
 def _flight(rate: np.ndarray, turns: int, path: Spline) -> PoseMotion:

@@ -91,7 +91,12 @@ def run(options: StudyOptions) -> StudyResult:
         if len({round(r.objective or 0.0, 5) for r in runs}) == len(optima)
         else "ExactNewton and IPOPT end at different optima: see the runs."
     )
-    return StudyResult((table,), (picture,), tuple(runs), conclusion, players=(moving,))
+    less = [100 * (1 - rows[2][k] / rows[0][k]) for k in (2, 3)]
+    answer = (
+        f"Through the same six keyframes, least torque and bending at equal weights take {less[0]:.2g} % off the "
+        f"torque energy and {less[1]:.2g} % off the bending of the interpolating curve."
+    )
+    return StudyResult((table,), (picture,), tuple(runs), conclusion, players=(moving,), answer=answer)
 
 
 def _measures(motion: PoseMotion, energy: sm.TrajectoryEnergy) -> tuple[float, float, float]:

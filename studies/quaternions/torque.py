@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial.transform import RotationSpline
 
 import symmotion as sm
+from studies.shares import spread
 from symmotion.bodies import wedge
 from symmotion.motions.interpolants import shoemake_bezier, shoemake_interpolant, squad
 from symmotion.motions.quaternions import QuaternionMotion, exp, interpolate_quaternions, product, to_rotation
@@ -23,7 +24,7 @@ def run(options: StudyOptions) -> StudyResult:
     options.progress("Bézier curves")
     bezier = _bezier(seeds)
     options.progress("curves through keyframes")
-    interpolants, runs = _interpolants(range(10 if options.full else 3))
+    interpolants, runs, ratios = _interpolants(range(10 if options.full else 3))
     options.progress("knots and inertia")
     knots, more = _knots()
     options.progress("a rate bound")
@@ -61,7 +62,13 @@ def run(options: StudyOptions) -> StudyResult:
         f"With moments of inertia 1, 2, 2.5 the optimum falls from {falls[0][2]:.6g} with one knot per interval to "
         f"{falls[-1][2]:.6g} with eight; the C² spline needs {falls[-1][4]:.4g} times as much. {bounded}"
     )
-    return StudyResult((bezier, interpolants, knots), (figure,), (*runs, *more, *last), conclusion, players=(moving,))
+    c2, shoemakes, squads, _ = (spread(found, 4) for found in zip(*ratios[90], strict=True))
+    answer = (
+        f"Through keyframes 90° apart the C² quaternion spline needs {c2} times the least torque energy, Shoemake's "
+        f"curve {shoemakes}, squad {squads}, over {len(ratios[90])} random sets."
+    )
+    tables, runs = (bezier, interpolants, knots), (*runs, *more, *last)
+    return StudyResult(tables, (figure,), runs, conclusion, players=(moving,), answer=answer)
 
 
 def _chain(count: int, degrees: float, seed: int) -> np.ndarray:
@@ -116,10 +123,12 @@ def _bezier(seeds: range) -> Table:
     return Table("cumulative against recursive", columns, tuple(rows), caption)
 
 
-def _interpolants(seeds: range) -> tuple[Table, list[Run]]:
+def _interpolants(seeds: range) -> tuple[Table, list[Run], dict[int, list[list[float]]]]:
+    """The table, the runs, and by angle the ratios of every set of keyframes."""
     rows, runs, t = list[tuple[Any, ...]](), list[Run](), np.arange(8.0)
+    found: dict[int, list[list[float]]] = {}
     for degrees in (15, 45, 90, 130):
-        ratios = []
+        ratios = found.setdefault(degrees, [])
         for seed in seeds:
             q = _chain(8, degrees, seed)
             spline = interpolate_quaternions(t, q)
@@ -146,7 +155,7 @@ def _interpolants(seeds: range) -> tuple[Table, list[Run]]:
         Column("SciPy RotationSpline"),
     )
     caption = f"∫‖Ω̇‖² over the optimum with 8 knots per interval; medians of {len(seeds)} random sets of 8 keyframes."
-    return Table("through keyframes", columns, tuple(rows), caption), runs
+    return Table("through keyframes", columns, tuple(rows), caption), runs, found
 
 
 def _knots() -> tuple[Table, list[Run]]:

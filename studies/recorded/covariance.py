@@ -107,11 +107,17 @@ def run(options: StudyOptions) -> StudyResult:
     interval = 2 / np.sqrt(2 * count * 3)
     conclusion = (
         f"Bands by sensitivities and {count} fits of new samples differ by at most {100 * off:.2g} %, where the draws "
-        f"alone leave some {100 * interval:.1g} % at a single time. Of the true places {rows[0][7]:.0f} % and "
+        f"alone leave some {100 * interval:.0f} % at a single time. Of the true places {rows[0][7]:.0f} % and "
         f"{rows[-1][7]:.0f} % are within two deviations: the band knows the noise, not what so few controls cannot "
         "follow, or what is off for long."
     )
-    return StudyResult((Table("band", columns, tuple(rows), caption),), (drawn,), runs, conclusion, (pair.note,))
+    answer = (
+        f"The band of a fit, by its sensitivities, is that of {count} fits of new samples to {100 * off:.2g} % (chance "
+        f"alone moves these by some {100 * interval:.0f} %), and holds {rows[0][7]:.0f} to {rows[-1][7]:.0f} % of the "
+        "truth within 2σ."
+    )
+    tables = (Table("band", columns, tuple(rows), caption),)
+    return StudyResult(tables, (drawn,), runs, conclusion, (pair.note,), answer=answer)
 
 
 def _mean(values: np.ndarray) -> float:

@@ -89,7 +89,13 @@ def run(options: StudyOptions) -> StudyResult:
     caption = "The camera as a wedge in the first five seconds, fitted to samples with outliers."
     camera = player("camera", drawn, wedge(0.06), caption, unit="s", span=(0.0, 5.0))
     conclusion = _conclusion(fits, best, baselines, robust)
-    return StudyResult(tables, figures, tuple(runs), conclusion, (pair.note,), (camera,))
+    raw, spline = (baselines[name].position for name in ("the estimate itself", "smoothing spline"))
+    *_, plain, held = (e.position for e in robust.values())
+    answer = (
+        f"A fit of {best[0]} controls is off by {fits[best].position:.3g} mm, the samples by {raw:.3g}, their "
+        f"smoothing spline by {spline:.3g}; with outliers a robust fit by {held:.3g}, a plain one by {plain:.3g}."
+    )
+    return StudyResult(tables, figures, tuple(runs), conclusion, (pair.note,), (camera,), answer)
 
 
 def _solve(

@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
 
 import symmotion as sm
+from studies.shares import interval, share
 from symmotion.report import Column, Study, StudyOptions, StudyResult, Table
 
 TOLERANCE = 1e-8
@@ -122,12 +122,16 @@ def run(options: StudyOptions) -> StudyResult:
         "is not met."
     )
     _, true, passed, forged, refused = rows[-1]
-    low = [100 * binomtest(*pair).proportion_ci(method="wilson").low for pair in ((passed, true), (refused, forged))]
+    low = [interval(*pair)[0] for pair in ((passed, true), (refused, forged))]
     text = (
         f"Of {true} minima {passed} pass, of {forged} forged points {refused} are refused, to a tolerance of "
         f"{TOLERANCE:g}: with 95 % confidence at least {low[0]:.1f} % and {low[1]:.1f} %."
     )
-    return StudyResult((Table("points", columns, tuple(rows), caption),), (), (), text)
+    answer = (
+        f"The certificate passes {share(passed, true)} minima and refuses {share(refused, forged)} points that only "
+        "look like one."
+    )
+    return StudyResult((Table("points", columns, tuple(rows), caption),), (), (), text, answer=answer)
 
 
 def judged(kind: str, count: int) -> Counter[str]:

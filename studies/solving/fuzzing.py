@@ -9,6 +9,7 @@ from time import process_time
 import numpy as np
 
 import symmotion as sm
+from studies.shares import share
 from symmotion.motions import smooth_net
 from symmotion.report import Column, Study, StudyOptions, StudyResult, Table
 
@@ -64,7 +65,11 @@ def run(options: StudyOptions) -> StudyResult:
         f"Of {total} damaged files {sum(row[2] for row in rows)} are refused by name, {len(faults)} are not taken well."
     )
     notes = tuple(dict.fromkeys(faults))[:20]
-    return StudyResult((Table("outcomes", columns, tuple(rows)),), conclusion=text, notes=notes)
+    answer = (
+        f"Of {total} damaged files {sum(row[2] for row in rows)} are refused by name and {sum(row[3] for row in rows)} "
+        f"read; {share(len(faults), total)} are taken otherwise, which is a fault."
+    )
+    return StudyResult((Table("outcomes", columns, tuple(rows)),), conclusion=text, notes=notes, answer=answer)
 
 
 def outcome(kind: str, content: bytes, path: Path) -> str:

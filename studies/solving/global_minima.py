@@ -5,6 +5,7 @@ from importlib.util import find_spec
 import numpy as np
 
 import symmotion as sm
+from studies.shares import share
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
 from symmotion.views import COLOURS, new_figure
 
@@ -47,7 +48,8 @@ def cases(full: bool) -> dict[str, sm.program.Program]:
 
 def run(options: StudyOptions) -> StudyResult:
     if find_spec("clarabel") is None:
-        return StudyResult(conclusion=f"Not asked: {MISSING}", notes=(MISSING,))
+        asked = f"Of {len(cases(options.full))} programs 0 were asked: {MISSING}"
+        return StudyResult(conclusion=f"Not asked: {MISSING}", notes=(MISSING,), answer=asked)
     rows, runs = [], []
     for name, program in cases(options.full).items():
         options.progress(name)
@@ -83,7 +85,11 @@ def run(options: StudyOptions) -> StudyResult:
         + "".join(f"; {r[0]}: {r[1]:.6g} in place of {r[2]:.7g}" for r in missed)
         + ". The relaxation finds it without any start."
     )
-    return StudyResult((table,), (_gaps(rows),), tuple(runs), conclusion)
+    answer = (
+        f"The lowest minimum is proved to be global, to a millionth of its value, in {share(certain, len(rows))} "
+        f"programs; ExactNewton's own start misses it in {len(missed)} of them."
+    )
+    return StudyResult((table,), (_gaps(rows),), tuple(runs), conclusion, answer=answer)
 
 
 def _gaps(rows: list[tuple]) -> Figure:

@@ -66,7 +66,13 @@ def run(options: StudyOptions) -> StudyResult:
     moved = next(w for w in ways if w.name == "loop" and w.programs == "moved")
     tables = (_ways_table(ways), _parts_table(moved.parts), _sizes_table(sizes), _memory_table(memory))
     runs = tuple(Run.of(f"moved program {k}", s) for k, s in enumerate(first))
-    return StudyResult(tables, tuple(figures), runs, _conclusion(ways, moved, sizes, memory), tuple(notes))
+    best, text = max(ways, key=lambda w: w.rate), _conclusion(ways, moved, sizes, memory)
+    grows = f", and memory grows by {max(0.0, *map(growth, memory.values())):.0f} bytes a solve" if memory else ""
+    answer = (
+        f"A loop solves {ways[0].rate:.0f} programs of four keyframes a second, {moved.rate:.0f} where keyframes are "
+        f"moved, the fastest way, {best.name}, {best.rate:.0f}{grows}."
+    )
+    return StudyResult(tables, tuple(figures), runs, text, tuple(notes), answer=answer)
 
 
 def _ways(count: int, options: StudyOptions) -> tuple[list[Way], list[str]]:

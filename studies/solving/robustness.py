@@ -6,9 +6,9 @@ from itertools import count, islice
 from statistics import median
 
 import numpy as np
-from scipy.stats import binomtest
 
 import symmotion as sm
+from studies.shares import share
 from studies.solving.hard_keyframes import KINDS, Problem, problem
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
 from symmotion.views import method_style, new_figure
@@ -71,8 +71,11 @@ def run(options: StudyOptions) -> StudyResult:
     tables = (_by_kind(outcomes, optima), _minima(outcomes, optima))
     figures = (_profile(outcomes, optima), _shares(outcomes, optima))
     quick = f"The quick form: {len(optima)} problems of at most {QUICK_UNKNOWNS} unknowns; the long one takes {FULL}."
-    conclusion = _conclusion(outcomes, optima, options.full)
-    return StudyResult(tables, figures, tuple(runs), conclusion, () if options.full else (quick,))
+    conclusion, notes = _conclusion(outcomes, optima, options.full), () if options.full else (quick,)
+    good = "; ".join(f"{m} certifies {counted(outcomes, m, lambda o: o.certified)}" for m in _methods(outcomes))
+    most = counted(outcomes, "newton", lambda o: _best(o, optima))
+    answer = f"Of hard problems {good}; newton ends at the best value known in {most}."
+    return StudyResult(tables, figures, tuple(runs), conclusion, notes, answer=answer)
 
 
 def _tasks(full: bool) -> Iterator[tuple[int, Problem]]:
@@ -227,16 +230,16 @@ def _shares(outcomes: list[Outcome], optima: dict[str, list[float]]) -> Figure:
         )
 
 
-def _conclusion(outcomes: list[Outcome], optima: dict[str, list[float]], full: bool) -> str:
-    def share(method: str, test: Callable[[Outcome], bool]) -> str:
-        mine = [o for o in outcomes if o.method == method]
-        found = sum(map(test, mine))
-        interval = binomtest(found, len(mine)).proportion_ci(method="wilson")
-        return f"{100 * found / len(mine):.4g} % ({100 * interval.low:.3g} to {100 * interval.high:.3g})"
+def counted(outcomes: list[Outcome], method: str, test: Callable[[Outcome], bool]) -> str:
+    """The share of a method's outcomes that pass a test."""
+    mine = [o for o in outcomes if o.method == method]
+    return share(sum(map(test, mine)), len(mine))
 
+
+def _conclusion(outcomes: list[Outcome], optima: dict[str, list[float]], full: bool) -> str:
     lines = [
-        f"{method}: certified {share(method, lambda o: o.certified)}, best value known "
-        f"{share(method, lambda o: _best(o, optima))}"
+        f"{method}: certified {counted(outcomes, method, lambda o: o.certified)}, best value known "
+        f"{counted(outcomes, method, lambda o: _best(o, optima))}"
         for method in _methods(outcomes)
     ]
     several = sum(len(v) > 1 for v in optima.values())

@@ -67,7 +67,8 @@ def compare_scaling(extent: Extent, options: StudyOptions) -> StudyResult:
         machine_table(machine, limit),
     )
     runs = tuple(m.run for m in measured)
-    return StudyResult(tables, figures, runs, _conclusion(measured, division), (_note(extent), load))
+    text, notes = _conclusion(measured, division), (_note(extent), load)
+    return StudyResult(tables, figures, runs, text, notes, answer=_answer(measured, division))
 
 
 def _grow(
@@ -95,6 +96,20 @@ def _expected(pair: Sequence[Measurement], size: int) -> float | None:
         return None
     (few, brief), (many, long) = ((m.keyframes, m.run.seconds.total) for m in pair)
     return long + (size - many) * (long - brief) / (many - few)
+
+
+def _answer(measured: Sequence[Measurement], division: Division) -> str:
+    ours = [m for method in OURS for m in certified(measured, method.name)]
+    last = max(ours, key=lambda m: m.keyframes, default=None)
+    reach = (
+        f"ExactNewton builds and solves {last.keyframes:,} keyframes in {last.seconds:.3g} s and {last.memory:.4g} MB"
+        if last
+        else f"ExactNewton is certified in 0 of {len(measured)} measurements"
+    )
+    return (
+        f"{reach}; at {division.keyframes:,} a solve takes {division.factor('compiled'):.3g} times the limit of one "
+        f"core with compiled kernels, {division.factor('interpreted'):.3g} times with interpreted ones."
+    )
 
 
 def _conclusion(measured: Sequence[Measurement], division: Division) -> str:

@@ -81,7 +81,11 @@ def run(options: StudyOptions) -> StudyResult:
         unit="s",
         direction=VIEW[:, 2],
     )
-    return StudyResult((table,), (picture,), (), conclusion, players=(moving,))
+    answer = (
+        f"The swept surface's acceleration jumps by {rows[2][3]:.0e} at the knots, of {rows[2][2]:.3g}, and the "
+        f"section moves forward at {share:.4g} % of its points, where the surface does not fold."
+    )
+    return StudyResult((table,), (picture,), (), conclusion, players=(moving,), answer=answer)
 
 
 STUDY = Study(

@@ -78,8 +78,7 @@ def draw_outlines(
     """A body, each face in a colour of its own, at one pose: from body points to the world's."""
     shape = Body.of(body, 3)
     faces = shape.polygons(pose(shape.vertices) @ view)
-    # From back to front.
-    for k in sorted(range(len(faces)), key=lambda k: float(faces[k][:, 2].mean())):
-        colour = colours[k % len(colours)]
-        axes.fill(*faces[k][:, :2].T, facecolor=to_rgba(colour, alpha), edgecolor=colour, linewidth=linewidth)
+    shown = [colours[k % len(colours)] for k in range(len(faces))]
+    inside = np.array([to_rgba(colour, alpha) for colour in shown])
+    draw_faces(axes, faces, inside, [to_rgba(colour) for colour in shown], width=linewidth)
     bare(axes)
