@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 
 from symmotion.bodies import Body, Shape
-from symmotion.views.parallel import VIEW, bare
+from symmotion.views.parallel import VIEW, bare, draw_faces
 from symmotion.views.style import COLOURS, INK
 
 
