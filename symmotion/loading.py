@@ -13,7 +13,7 @@ from symmotion.motions import AffineMotion, CurveMotion, Keyframes, PoseMotion, 
 from symmotion.motions.interpolants.blends import Exponential, Interpolant, PlanarTurns, Polar, SpatialTurns, Steady
 from symmotion.motions.interpolants.slerps import SegmentCurve, SlerpBezier, Slerps, Squads
 from symmotion.motions.quaternions import QuaternionMotion
-from symmotion.opening import readable
+from symmotion.opening import readable_bytes
 from symmotion.saving import MARK
 from symmotion.splines import BSplineBasis, Spline
 
@@ -84,7 +84,7 @@ def load(path: str | os.PathLike[str]) -> Saved:
     `write_two_parameter` is too, and what these wrote in 0.1.0. Nothing in a file is executed.
     Raises InputError that names the file and the entry at fault.
     """
-    with readable(path, binary=True) as handle:
+    with readable_bytes(path) as handle:
         document = read_document(path, handle.read(), whole=int)
     mark = {name: document.pop(name, None) for name in MARK}
     if mark != MARK:

@@ -11,7 +11,7 @@ from symmotion.energies import Energy
 from symmotion.jets.affine import HIGHEST_ORDER
 from symmotion.jets.linear import LinearSpace, space_of
 from symmotion.jets.rigid import rigid_jet
-from symmotion.jets.seen import SeenSampled, Timed
+from symmotion.jets.seen import Called, SeenSampled
 from symmotion.kernels.mapped import Mapped
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.interpolants.blends import Interpolant
@@ -59,7 +59,7 @@ class Integrand:
         return nodes
 
 
-def integrand(motion: Timed, energy: Energy, marks: np.ndarray | None = None) -> Integrand:
+def integrand(motion: Called, energy: Energy, marks: np.ndarray | None = None) -> Integrand:
     """The integrand of an energy, or of a sum of energies, along a motion; marks: of a motion that is not known."""
     if isinstance(motion, QuaternionMotion | PoseMotion):
         curve = motion.orientation if isinstance(motion, PoseMotion) else motion
@@ -118,7 +118,7 @@ def _rigid(motion: QuaternionMotion | PoseMotion, energy: Energy) -> Density:
     return density
 
 
-def _sampled(motion: Timed, energy: Energy, origin: float = 0.0) -> Density:
+def _sampled(motion: Called, energy: Energy, origin: float = 0.0) -> Density:
     """The integrand along a motion that is called; origin: from which its times count."""
     there = SeenSampled(motion)
     jet = there.symbols()

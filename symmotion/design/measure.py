@@ -8,7 +8,7 @@ from symmotion.design.integrals import KNOWN, Integrand, exact_integral, integra
 from symmotion.energies import Energy
 from symmotion.errors import InputError, SolveError
 from symmotion.jets.linear import space_of
-from symmotion.jets.seen import Timed
+from symmotion.jets.seen import Called
 from symmotion.motions import AffineMotion
 from symmotion.splines import Integral, Spline, SplineLike
 
@@ -27,7 +27,7 @@ class Measured(float):
         return Measured, (float(self), self.error)
 
 
-def measure(motion: Timed | SplineLike, energy: Energy, *, times: ArrayLike | None = None) -> Measured:
+def measure(motion: Called | SplineLike, energy: Energy, *, times: ArrayLike | None = None) -> Measured:
     """The value of an energy for a motion or curve of any kind: a float, whose `error` says how well it is known.
 
     ∫ φ dt, exact where φ is a polynomial, else to ten digits of ∫ |φ| dt, or as many as the rounding of the motion's
@@ -73,7 +73,7 @@ def span_values(motion: AffineMotion | Spline, energy: Energy) -> np.ndarray:
     return np.sum([weight * _measured(motion, part, None)[0] for weight, part in energy.parts if weight], axis=0)
 
 
-def _measured(motion: Timed, energy: Energy, marks: np.ndarray | None) -> tuple[np.ndarray, float]:
+def _measured(motion: Called, energy: Energy, marks: np.ndarray | None) -> tuple[np.ndarray, float]:
     """(S,) the value of an energy by spans, and the error of the sum."""
     if energy.exact and isinstance(motion, AffineMotion | Spline):
         return exact_integral(energy, *space_of(motion))

@@ -5,7 +5,7 @@ import numpy as np
 from symmotion.design.integrals import Integrand, integrand
 from symmotion.design.terms import parts_of
 from symmotion.energies import Energy
-from symmotion.jets.seen import Timed
+from symmotion.jets.seen import Called
 from symmotion.motions import AffineMotion
 from symmotion.program import QUADRATURE, Block, BlockEvaluator, Program, Quadrature
 from symmotion.splines import Integral, Spline
@@ -15,7 +15,7 @@ NOTHING = 0.01
 
 
 def term_quadratures(
-    program: Program, x: np.ndarray, objective: Energy | None, motion: Timed, keys: np.ndarray
+    program: Program, x: np.ndarray, objective: Energy | None, motion: Called, keys: np.ndarray
 ) -> dict[str, Quadrature]:
     """By term of an objective, how well its nodes integrate along the motion that x (unknowns,) stands for.
 
@@ -33,7 +33,7 @@ def term_quadratures(
     return found
 
 
-def nodes_at(program: Program, x: np.ndarray, objective: Energy | None, motion: Timed) -> dict[str, int]:
+def nodes_at(program: Program, x: np.ndarray, objective: Energy | None, motion: Called) -> dict[str, int]:
     """By term, more Gauss nodes per span where ten digits of the program's objective at x (unknowns,) need them."""
     blocks = {b.name: b for b in program.terms}
     size = sum(float(np.abs(_shares(program, b, x)).sum()) for b in program.terms)

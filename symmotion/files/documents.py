@@ -8,7 +8,7 @@ import numpy as np
 from symmotion.documents import Document, read_document
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
-from symmotion.opening import readable
+from symmotion.opening import readable_bytes
 from symmotion.whole import whole_file
 
 PART = 4096  # items of a list that are made an array at once
@@ -22,13 +22,13 @@ def write_object(path: FilePath, document: Document) -> None:
 
 def entries_of(path: FilePath) -> Document:
     """The JSON object in a file of that name, its numbers as floats, long lists of them as arrays."""
-    with readable(path, binary=True) as handle:
+    with readable_bytes(path) as handle:
         return read_document(path, handle.read())
 
 
 def outline_of(path: FilePath) -> Document:
     """What `entries_of` returns, with nothing in the place of long lists of numbers."""
-    with readable(path, binary=True) as handle:
+    with readable_bytes(path) as handle:
         return read_document(path, handle.read(), outline=True)
 
 

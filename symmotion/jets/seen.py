@@ -23,15 +23,19 @@ from symmotion.splines.pieces import EPS, Poly, spline_pieces
 ORDERS = HIGHEST_ORDER + 1
 
 
-@runtime_checkable
-class Timed(Protocol):
+class Called(Protocol):
     """A motion or curve of any kind, of the user's own too: called with times and an order of derivative."""
-
-    @property
-    def domain(self) -> tuple[float, float]: ...
 
     # Any: positions, unit quaternions or points, as its kind has it.
     def __call__(self, t: np.ndarray, nu: int = 0, /) -> Any: ...
+
+
+@runtime_checkable
+class Timed(Called, Protocol):
+    """One that says when it begins and ends."""
+
+    @property
+    def domain(self) -> tuple[float, float]: ...
 
 
 class Seen(Protocol):
@@ -169,10 +173,11 @@ class SeenRigid:
 class SeenSampled:
     """Any other motion, called with (times, order): known at times only."""
 
-    motion: Timed
+    motion: Called
 
     @property
     def domain(self) -> tuple[float, float]:
+        assert isinstance(self.motion, Timed)
         return self.motion.domain
 
     @property

@@ -97,7 +97,7 @@ def _conflicting(found: Solution[DesignT], bounds: Mapping[str, Everywhere]) -> 
     program = found.program
     if _good(found) or found.interrupted or found.status is Status.INFEASIBLE:
         return found
-    slots = {name: np.shape(program.constraint(name).times)[1] for name in bounds}
+    slots = {name: len(np.asarray(program.constraint(name).times)[0]) for name in bounds}
     breaks = {name: np.repeat(bound.breaks()[:, None], slots[name], axis=1) for name, bound in bounds.items()}
     whole = _joined(program, program.with_times(breaks), bounds)
     names = conflicting(whole, found.x)

@@ -223,4 +223,6 @@ def test_design_explores_minima(tmp_path, capsys):
     said = capsys.readouterr().out
     lowest = sm.explore(sm.affine_program(keys, refine=0), budget=8).best
     assert "minima from 8 starts" in said
-    assert sm.measure(sm.load(out), sm.Rigidity()) == pytest.approx(lowest.objective, rel=1e-9)
+    motion = sm.load(out)
+    assert isinstance(motion, sm.AffineMotion)
+    assert sm.measure(motion, sm.Rigidity()) == pytest.approx(lowest.objective, rel=1e-9)

@@ -174,7 +174,7 @@ def test_a_picture_that_fails_for_another_reason_does_not_hide_the_rest():
     class Strange:
         domain = (0.0, 1.0)
 
-        def plot(self, axes):
+        def plot(self, axes=None):
             raise ZeroDivisionError(EVIL)
 
     html = motion_html(Strange())
