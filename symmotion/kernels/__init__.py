@@ -1,7 +1,14 @@
 """Kernels: the small symbolic functions that programs are made of, interpreted or as machine code."""
 
 from symmotion.kernels.kernel import Kernel
-from symmotion.kernels.mapped import Kernels, Mapped, available_processors, default_threads, kernel_function
+from symmotion.kernels.mapped import (
+    Kernels,
+    Mapped,
+    available_processors,
+    default_threads,
+    is_compilable,
+    kernel_function,
+)
 
 __all__ = [
     "Kernel",
@@ -9,5 +16,6 @@ __all__ = [
     "Mapped",
     "available_processors",
     "default_threads",
+    "is_compilable",
     "kernel_function",
 ]

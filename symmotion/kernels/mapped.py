@@ -9,7 +9,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from symmotion.kernels.compiled import MachineFunction, load
+from symmotion.kernels.compiled import LARGEST, MachineFunction, load
 from symmotion.kernels.kernel import Kernel
 
 Kernels = Literal["auto", "compiled", "interpreted"]
@@ -29,6 +29,11 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
         build = kernels == "compiled" or count >= COMPILE_FROM
         machine = load(kernel.code, kind, kernel.channels, kernel.squares, build)
     return machine or kernel.function(kind)
+
+
+def is_compilable(kernel: Kernel, kind: str) -> bool:
+    """Whether one of the functions of `derive` is short enough for a compiler."""
+    return kernel.function(kind).n_instructions() <= LARGEST
 
 
 def default_threads() -> int:

@@ -7,7 +7,7 @@ import numpy as np
 
 from symmotion.checks import choice
 from symmotion.errors import InputError
-from symmotion.kernels import Kernels
+from symmotion.kernels import Kernels, is_compilable
 from symmotion.program import Bounded, DesignT, Evaluator, Program
 from symmotion.solvers.continuing import Continued
 from symmotion.solvers.descent import LEAST, Enough, Point, descend
@@ -70,8 +70,8 @@ class ExactNewton:
     kernels: "compiled" by the machine's C compiler, which takes most objectives less than a second,
         once for a machine (study `kernels`); "interpreted" by CasADi; "auto": compiled where that was done before,
         for long programs, and from the second of a series of solves on, each started from the one
-        before. threads: that a long program may use, as many as processors, four at most, when left
-        out. Neither changes a bit of the result.
+        before, where the compiler takes the objective's Hessian. threads: that a long program may use, as many as
+        processors, four at most, when left out. Neither changes a bit of the result.
     time_limit: wall-clock seconds for a solve, looked at before every step; None for no limit.
     callback: called with every `Iteration` of the log; where it returns True the solve stops.
     """
@@ -96,8 +96,10 @@ class ExactNewton:
         Bounds that are meant for all times hold at all: see `exchange`.
         """
         whole = Journal(self.max_iterations)
-        # One of a series, such as the edits of a keyframe: the compiler is repaid.
-        kernels: Kernels = "compiled" if self.kernels == "auto" and isinstance(start, Solution) else self.kernels
+        series = self.kernels == "auto" and isinstance(start, Solution)
+        # One of a series, such as the edits of a keyframe: the compiler is repaid if it takes most of the work.
+        repaid = series and all(is_compilable(b.kernel, "hessian") for b in program.terms)
+        kernels: Kernels = "compiled" if repaid else self.kernels
         return exchange(program, lambda p, s: self._at_times(p, s, whole.elapsed, kernels), start)
 
     def _at_times(

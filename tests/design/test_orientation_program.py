@@ -158,10 +158,10 @@ BOUNDS = {"rate": sm.RateBound, "acceleration": sm.constraints.AccelerationBound
 
 def test_bounds_hold_and_cost():
     t = np.linspace(0, 3.2, 2000)
-    free = sm.ExactNewton().solve(orientation_program(TIMES, Q, refine=3))
+    free = sm.ExactNewton().solve(orientation_program(TIMES, Q, refine=2))
     for name, values in (("rate", free.motion.rate(t)), ("acceleration", free.motion.acceleration(t))):
         most = 0.9 * np.linalg.norm(values, axis=1).max()
-        program = orientation_program(TIMES, Q, refine=3, constraints=[BOUNDS[name](most)])
+        program = orientation_program(TIMES, Q, refine=2, constraints=[BOUNDS[name](most)])
         solution = sm.Ipopt().solve(program).require(1e-6)
         found = np.linalg.norm(getattr(solution.motion, name)(t), axis=1).max()
         assert found < 1.05 * most  # held at five parameters per span, not between them
@@ -169,7 +169,7 @@ def test_bounds_hold_and_cost():
         bound = solution.multipliers[f"{name} bound"]
         assert bound.min() > -1e-6 and bound.max() > 1e-3
         assert sm.ExactNewton().solve(program).require().objective == pytest.approx(solution.objective, rel=1e-7)
-    same = orientation_program(TIMES, Q, refine=3, constraints=[sm.constraints.TorqueBound(1e3)])
+    same = orientation_program(TIMES, Q, refine=2, constraints=[sm.constraints.TorqueBound(1e3)])
     assert sm.Ipopt().solve(same).objective == pytest.approx(free.objective, rel=1e-7)
 
 
