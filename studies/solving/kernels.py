@@ -1,16 +1,11 @@
 """What compiled kernels and a second thread gain, and what the compiler costs."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-from statistics import median
 from tempfile import TemporaryDirectory
-from time import perf_counter
 
 import numpy as np
 
 import symmotion as sm
+from studies.solving.kernels_worker import LONGEST, OBJECTIVES, in_new_process, median_seconds
 from symmotion.kernels import Kernels, available_processors
 from symmotion.program import Evaluator
 from symmotion.report import Cell, Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
@@ -18,8 +13,6 @@ from symmotion.systems import system_of
 from symmotion.views import COLOURS, new_figure
 
 WAYS: tuple[tuple[Kernels, int], ...] = (("interpreted", 1), ("interpreted", 2), ("compiled", 1), ("compiled", 2))
-OBJECTIVES = (sm.Rigidity(), sm.Rigidity(2), sm.TrajectoryEnergy(np.eye(3)), sm.StrainRate())
-LONGEST = sm.StrainAcceleration()  # the long form only: its compiler run takes seconds
 
 
 def run(options: StudyOptions) -> StudyResult:
@@ -27,14 +20,14 @@ def run(options: StudyOptions) -> StudyResult:
     rows: list[tuple[Cell, ...]] = []
     runs: list[Run] = []
     same = True
-    repeats = 9 if options.full else 3
+    repeats, often = (9, 1000) if options.full else (3, 100)
     for count in (20, 100, 1000, 10_000, 100_000) if options.full else (20, 100, 1000):
         keys = sm.examples.random_keyframes(count, 40, seed=0)
         solutions = []
         for way in WAYS:
             options.progress(f"{count} keyframes, {_name(way)}")
             solver = sm.ExactNewton(kernels=way[0], threads=way[1])
-            found = [solver.solve(sm.affine_program(keys)) for _ in range(repeats if count <= 1000 else 1)]
+            found = [solver.solve(sm.affine_program(keys)) for _ in range(repeats if count <= often else 1)]
             found.sort(key=lambda s: s.seconds.total)
             solutions.append(found[len(found) // 2])
             runs.append(Run.of(f"{count} keyframes, {_name(way)}", solutions[-1]))
@@ -51,8 +44,8 @@ def run(options: StudyOptions) -> StudyResult:
         *(Column("build and solve", "ms"), Column("gain ")),
     )
     caption = (
-        "R, cubic, in space, one inserted knot per segment: medians, and how many times faster than on one thread and "
-        "interpreted."
+        f"R, cubic, in space, one inserted knot per segment: medians of {repeats} up to {often:,} keyframes, one run "
+        "beyond, and how many times faster than on one thread and interpreted."
     )
     table = Table("ways to evaluate", columns, tuple(rows), caption)
     notes = ()
@@ -81,17 +74,7 @@ def _hessian_seconds(solution: sm.Solution, kernels: Kernels, threads: int) -> f
     program, x = solution.program, solution.x
     evaluator = Evaluator(program, kernels, threads)
     pattern = system_of(program, evaluator, x).pattern
-    return _median_seconds(lambda: evaluator.second_order(x, pattern))
-
-
-def _median_seconds(call) -> float:
-    call()
-    times = []
-    while len(times) < 3 or sum(times) < 0.05:
-        began = perf_counter()
-        call()
-        times.append(perf_counter() - began)
-    return median(times)
+    return median_seconds(lambda: evaluator.second_order(x, pattern))
 
 
 def _kernels(options: StudyOptions) -> Table:
@@ -99,15 +82,11 @@ def _kernels(options: StudyOptions) -> Table:
     objectives = (*OBJECTIVES, LONGEST) if options.full else OBJECTIVES
     options.progress("the compiler")
     with TemporaryDirectory() as directory:
-        first, later = (_compile_seconds(directory, len(objectives)) for _ in range(2))
-    keys = sm.examples.random_keyframes(100, 40, seed=0)
-    rows = []
-    for energy, empty, full in zip(objectives, first, later, strict=True):
-        options.progress(f"kernel of {energy.name}")
-        program = sm.affine_program(keys, objective=energy)
-        seconds = [_node_seconds(program, k) for k in ("interpreted", "compiled")]
-        instructions = program.terms[0].kernel.function("hessian").n_instructions()
-        rows.append((energy.name, instructions, *(1e9 * s for s in seconds), seconds[0] / seconds[1], empty, full))
+        first, later = (in_new_process(directory, len(objectives), nodes) for nodes in (False, True))
+    rows = [
+        (energy.name, int(instructions), 1e9 * slow, 1e9 * fast, slow / fast, empty, full)
+        for energy, (empty,), (full, instructions, slow, fast) in zip(objectives, first, later, strict=True)
+    ]
     columns = (
         *(Column("objective"), Column("instructions")),
         *(Column("interpreted", "ns"), Column("compiled", "ns"), Column("gain")),
@@ -118,32 +97,6 @@ def _kernels(options: StudyOptions) -> Table:
         "the functions of the objective, with an empty cache and from it."
     )
     return Table("kernels", columns, tuple(rows), caption)
-
-
-def _compile_seconds(directory: str, objectives: int) -> list[float]:
-    """For each objective the seconds before its first iteration, in a new process: one opens a kernel only once."""
-    environment = os.environ | {"SYMMOTION_CACHE": directory}
-    code = f"from studies.solving.kernels import preparation; print(*preparation({objectives}))"
-    root = Path(__file__).parents[2]
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, cwd=root, capture_output=True, text=True, check=True
-    )
-    return [float(word) for word in done.stdout.split()]
-
-
-def preparation(count: int) -> list[float]:
-    """For each of the first objectives the seconds that differentiating, compiling and loading its functions take."""
-    keys = sm.examples.random_keyframes(20, 40, seed=0)
-    programs = [sm.affine_program(keys, objective=objective) for objective in (*OBJECTIVES, LONGEST)[:count]]
-    return [sm.ExactNewton(kernels="compiled").solve(program).seconds.compile or 0.0 for program in programs]
-
-
-def _node_seconds(program: sm.program.Program, kernels: Kernels) -> float:
-    evaluator = Evaluator(program, kernels, threads=1).terms[0]
-    block = evaluator.block
-    z, share = block.rows(program.start[block.variable]), np.ones((block.count, 1))
-    mapped = evaluator.prepare("hessian")
-    return _median_seconds(lambda: mapped.each(lambda *_: None, z, block.data, None, share)) / block.count
 
 
 def _figure(rows: list[tuple[Cell, ...]]) -> Figure:
