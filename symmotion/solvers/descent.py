@@ -35,14 +35,19 @@ class Enough:
     def __init__(self, tolerance: float, evaluator: Evaluator):
         self.tolerance, self._evaluator = tolerance, evaluator
         self._first, self._rounding = None, None
+        self._x, self._least, self._idle = None, np.inf, False
 
     def __call__(self, decrement: float, objective: float, x: np.ndarray) -> bool:
         """Whether a decrement is small enough at a point x with this objective."""
         self._first = self._first or abs(objective)
+        if x is not self._x:
+            self._idle, self._least = not abs(objective) < self._least, min(self._least, abs(objective))
+            self._x = x
         if decrement <= CLEARLY * self.tolerance**2 * abs(objective):
             return True
         if decrement > NEAR * self._first:
-            return False
+            # From a start that is next to the minimum no step leads down, and all of f may be rounding.
+            return self._idle and decrement <= self._evaluator.rounding(x)
         if self._rounding is None:
             self._rounding = self._evaluator.rounding(x)
         return decrement <= self._rounding

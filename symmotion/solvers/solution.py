@@ -13,7 +13,6 @@ from symmotion.brief import in_a_line
 from symmotion.errors import InputError, SolveError
 from symmotion.pictures import as_html, plot_solution
 from symmotion.program import (
-    QUADRATURE,
     Design,
     DesignT,
     Evaluator,
@@ -27,6 +26,7 @@ from symmotion.program import (
 from symmotion.program.state import made_of
 from symmotion.solvers.sensitivity import Sensitivity
 from symmotion.systems import Certificate
+from symmotion.systems.certificate import DIGITS
 
 
 class Status(StrEnum):
@@ -150,7 +150,8 @@ class Solution(Generic[DesignT]):
 
     x (unknowns,), multiplier_vector (conditions,): where it ended; solver: the solver's repr,
     its provenance; method: its short name; tolerance: the solver's; log: its iterations;
-    message: what it said where it did not solve; evaluations: how often what was evaluated, by kind, where known.
+    message: what it said where it did not solve, or of how many digits the objective is where these are not ten;
+    evaluations: how often what was evaluated, by kind, where known.
     exchange: how bounds that are meant for all times came to hold; None of programs without.
     interrupted: whether a callback or the time limit ended it, with a solution or without, so that it may end
     elsewhere another time.
@@ -277,8 +278,8 @@ class Solution(Generic[DesignT]):
 
     def __repr__(self) -> str:
         c = self.certificate
-        rough = c.quadrature > QUADRATURE * abs(c.objective)
-        objective = f"{c.objective:.9g}{f' ± {c.quadrature:.1e} (quadrature)' if rough else ''}"
+        rough = f" ± {c.quadrature:.1e} (quadrature: {c.digits} digits)" if c.digits < DIGITS else ""
+        objective = f"{c.objective:.9g}{rough}"
         enough = self.tolerance if self.exchange is None else max(self.tolerance, self.exchange.tolerance)
         name, worst = max(c.excess.items(), key=lambda item: item[1].value, default=("", None))
         over = f", {worst.kind} excess {worst.value:.1e} of {name}" if worst and worst.value > enough else ""

@@ -11,9 +11,11 @@ from symmotion.program import DesignT, Evaluator, Program
 from symmotion.solvers.journal import Failure
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.systems import certify, conflict, conflicting
+from symmotion.systems.certificate import DIGITS
 
 # Endings that may be those of conditions that cannot hold; others are the caller's wish.
 OF_ITSELF = (Status.FAILED, Status.STALLED, Status.DIVERGED, Status.ITERATION_LIMIT)
+MORE_NODES = "program.refined(solution.x) has more Gauss nodes, as has gauss_nodes=None where they are stated"
 
 
 class Judged(Protocol):
@@ -127,6 +129,9 @@ def conclude(
         names = conflicting(program, x, evaluator)
         failure = (failure[0], f"{failure[1]}: {conflict(program, names)}") if names else failure
     status, message = failure or (Status.SOLVED, "")
+    if not wanting and certificate.digits < DIGITS:
+        rough = f"the objective has {certificate.digits} digits, not ten: {MORE_NODES}"
+        message = f"{message}; {rough}" if message else rough
     return Solution(
         program,
         repr(solver),

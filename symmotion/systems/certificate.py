@@ -14,6 +14,7 @@ from symmotion.errors import InputError
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.everywhere import Excess, excess_at
 from symmotion.program.program import Integrated, Program
+from symmotion.program.quadrature import QUADRATURE
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import EPS
 from symmotion.systems.saddle import Saddle
@@ -27,6 +28,8 @@ NEARLY = 1e-3
 SLOPPY = 64
 # Conditions that are fewer than this in own units, of what the others leave, repeat them.
 DEPENDENT = 1e-12  # of squares
+# Of an objective, that quadrature is asked for.
+DIGITS = 10
 # Multiples of the identity that are added to a matrix that is not positive definite, relative to its diagonal.
 LEAST_SHIFT, MOST_SHIFT = 1e-10, 1e6
 
@@ -67,6 +70,15 @@ class Certificate:
     quadrature: float = 0.0
     unresolved: tuple[str, ...] = ()
 
+    @property
+    def digits(self) -> int:
+        """How many digits of the objective its nodes give, of the ten that are asked for."""
+        if self.quadrature <= max(QUADRATURE * abs(self.objective), self.rounding):
+            return DIGITS
+        if not self.quadrature < abs(self.objective):
+            return 0
+        return min(DIGITS, int(-np.log10(self.quadrature / abs(self.objective))))
+
     @cached_property
     def excess(self) -> Mapping[str, Excess]:
         """By name of the constraint, of every bound, and of every condition that is meant for all times.
@@ -92,7 +104,8 @@ class Certificate:
         figures = ("stationarity", "violation", "decrement", "complementarity")
         told = [f"objective {self.objective:.9g}", *(f"{name} {getattr(self, name):.1e}" for name in figures)]
         told.append(f"inertia {self.inertia}")
-        told += [f"quadrature {self.quadrature:.1e}"] if self.quadrature else []
+        rough = f" ({self.digits} digits)" if self.digits < DIGITS else ""
+        told += [f"quadrature {self.quadrature:.1e}{rough}"] if self.quadrature else []
         told += [f"weak {', '.join(self.weak)}"] if self.weak else []
         told += ["multipliers open"] if self.degenerate else []
         return f"Certificate({', '.join([*told, *self.unresolved])})"
@@ -314,10 +327,13 @@ class Inspection:
             found = self.program.design.quadratures(self.program, self.x)
         except InputError as error:  # at a point that is no motion, such as one with knots that decrease
             return np.inf, (str(error),)
+        useless = {name: q for name, q in found.items() if q.useless}
+        # A motion that costs nothing has no digits to lose.
+        nothing = self.evaluator.rounding(self.x) if useless else 0.0
         unresolved = [
             f"{name} is {q.value:.3g} with a quadrature error of {q.error:.2g} {q.where}"
-            for name, q in found.items()
-            if q.useless
+            for name, q in useless.items()
+            if not q.error <= nothing
         ]
         return float(sum(q.error for q in found.values())), tuple(unresolved)
 

@@ -82,12 +82,52 @@ def test_a_solution_tells_its_quadrature_error_and_more_nodes_mend_it():
     off = abs(coarse.objective - sm.measure(coarse.motion, energy))
     assert coarse.quadrature_error == pytest.approx(off, rel=1e-3)
     assert off > 1e-10 * coarse.objective
-    assert "(quadrature)" in repr(coarse)
+    digits = int(-np.log10(off / coarse.objective))
+    assert 0 < digits == coarse.certificate.digits < 10
+    assert f"(quadrature: {digits} digits)" in repr(coarse)
+    assert f"({digits} digits)" in repr(coarse.certificate)
+    assert f"the objective has {digits} digits, not ten: program.refined(solution.x)" in coarse.message
     fine = sm.ExactNewton().solve(sm.orientation_program(KEYS, objective=replace(energy, gauss_nodes=None)))
     refined = fine.program.refined(fine.x)
     again = sm.ExactNewton().solve(refined, start=fine).require()
     assert again.quadrature_error < 1e-9 * again.objective
     assert again.objective == pytest.approx(sm.measure(again.motion, energy), rel=1e-9)
+    assert "quadrature:" not in repr(again)
+    assert not again.message
+
+
+RIGID = sm.examples.random_keyframes(4, 150, 3)
+POSE = sm.Torque() + sm.TrajectoryEnergy(np.eye(3))
+THIN = sm.Keyframes([0.0, 1.0, 2.0], [np.eye(2), np.diag([1.0, 1e-6]), np.eye(2)], np.zeros((3, 2)))
+
+
+@pytest.mark.parametrize(
+    ("program", "energy"),
+    [
+        (lambda: sm.orientation_program(RIGID, objective=sm.Torque((1.0, 2.0, 2.5))), sm.Torque((1.0, 2.0, 2.5))),
+        (lambda: sm.pose_program(RIGID, objective=POSE), POSE),
+        (lambda: sm.affine_program(THIN, objective=sm.StrainAcceleration()), sm.StrainAcceleration()),
+        (lambda: sm.affine_program(RIGID, objective=sm.StrainRate()), sm.StrainRate()),
+        (lambda: sm.affine_program(RIGID, objective=sm.StrainAcceleration()), sm.StrainAcceleration()),
+    ],
+    ids=["torque", "pose", "thin", "S", "S*"],
+)
+def test_an_objective_has_ten_digits_or_says_how_many(program, energy):
+    solution = sm.ExactNewton().solve(program()).require()
+    right = sm.measure(solution.motion, energy)
+    digits = solution.certificate.digits
+    assert abs(solution.objective - right) <= 10.0**-digits * right
+    assert ("digits, not ten" in solution.message) == ("± " in repr(solution)) == (digits < 10)
+    if digits < 10:
+        assert abs(solution.objective - right) > 1e-11 * right
+
+
+@pytest.mark.parametrize("energy", [sm.StrainRate(), sm.StrainAcceleration()])
+def test_a_motion_that_costs_nothing_has_no_digits_to_lose(energy):
+    still = sm.Keyframes(np.arange(4.0), np.tile(np.eye(3), (4, 1, 1)), np.arange(12.0).reshape(4, 3))
+    solution = sm.ExactNewton().solve(sm.affine_program(still, objective=energy)).require()
+    assert 0 <= solution.objective <= solution.certificate.rounding < 1e-25
+    assert not solution.message
 
 
 def test_what_is_exact_has_no_quadrature_error():

@@ -282,3 +282,16 @@ def test_detail_far_from_the_origin_keeps_its_digits():
     assert solutions[0].objective == pytest.approx(solutions[1].objective, rel=1e-6)
     reached = solutions[1].motion(keys.times)
     np.testing.assert_allclose(reached.translation, far.translation, atol=1e-8)
+
+
+@pytest.mark.parametrize("step", [1.0, 0.01])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_start_that_costs_nothing_is_the_end(seed, step):
+    """Two keyframes and E alone: the linear motion has none, in a flat valley of others, and rounding leads nowhere."""
+    keys = sm.examples.random_keyframes(2, 20, seed)
+    keys = sm.Keyframes(step * keys.times, keys.linear, keys.translation)
+    program = sm.affine_program(keys, objective=sm.TrajectoryEnergy(np.eye(keys.dimension)))
+    for solver in (sm.ExactNewton(), sm.Ipopt(), sm.Elimination()):
+        solution = solver.solve(program).require()
+        assert abs(solution.objective) <= solution.certificate.rounding
+        assert solution.iterations < solver.max_iterations / 10
