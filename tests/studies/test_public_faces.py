@@ -25,7 +25,7 @@ def complaints(tree: ast.AST) -> Iterator[str]:
             yield from (f"from {module} import {a.name}" for a in node.names if not is_public(module, a.name))
         elif isinstance(node, ast.Attribute):
             base = node.value.id if isinstance(node.value, ast.Name) else ""
-            hidden = node.attr.startswith("_") and not node.attr.endswith("__") and base not in ("self", "cls")
+            hidden = node.attr.startswith("_") and not node.attr.endswith("__") and base not in ("self", "cls", "os")
             if hidden or (base == "sm" and node.attr not in sm.__all__):
                 yield ast.unparse(node)
 
