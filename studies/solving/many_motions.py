@@ -252,5 +252,6 @@ STUDY = Study(
     "How many small motions a second, by loop, threads and processes, and does memory grow?",
     "",
     run,
+    alone=True,
     order=70,
 )

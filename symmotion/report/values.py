@@ -190,13 +190,19 @@ class StudyOptions:
 
 @dataclass(frozen=True)
 class Study:
-    """One question and the function that answers it; studies run in increasing `order`, then by name."""
+    """One question and the function that answers it; they stand in increasing `order`, then by name.
+
+    alone: whether it times what it does, so that no other runs beside it; effort: about the seconds that its quick
+    form takes, by which those that run at the same time begin, long ones first.
+    """
 
     name: str
     question: str
     source: str
     run: Callable[[StudyOptions], StudyResult]
     order: int = 100
+    alone: bool = False
+    effort: float = 2.0
 
 
 @dataclass(frozen=True)
