@@ -16,13 +16,15 @@ from rich.table import Table
 import studies
 import symmotion as sm
 from studies.runner.running import run_all
+from symmotion.kernels import available_processors
 from symmotion.report import Study, StudyOptions, StudyRecord, require_writable, write_report
 
 PROGRAM = "python -m studies"
+MOST_JOBS = 4  # by default: a process takes some 300 MB
 EXAMPLE = """\
 examples:
   python -m studies                                     all of them, in minutes, into report/
-  python -m studies solvers --full -o paper --jobs 2    one in its long form, into paper/
+  python -m studies solvers --full -o paper             one in its long form, into paper/
   python -m studies --full --scheduler tcp://host:8786  on a Dask cluster
 
 For a cluster, `pip install ".[distributed]"` in the same checkout on every machine. Run `dask scheduler` on one, and in
@@ -48,14 +50,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for s in chosen:
                 print(f"{s.name:{width}}  {s.question}")
             return 0
-        if options.scheduler is not None and options.jobs != 1:
+        if options.scheduler is not None and options.jobs is not None:
             raise sm.InputError("--jobs and --scheduler: give one of the two")
-        if options.jobs < 1:
-            raise sm.InputError(f"--jobs {options.jobs}: 1 or more is needed")
+        jobs = min(MOST_JOBS, available_processors()) if options.jobs is None else options.jobs
+        if jobs < 1:
+            raise sm.InputError(f"--jobs {jobs}: 1 or more is needed")
         if options.data is not None and not options.data.is_file():
             raise sm.InputError(f"--data {options.data}: there is no such file")
         require_writable(options.output)
-        records = run_all(chosen, StudyOptions(options.full, options.data), options.jobs, options.scheduler)
+        records = run_all(chosen, StudyOptions(options.full, options.data), jobs, options.scheduler)
         form = "long" if options.full else "quick"
         # Read by subject, whatever the order they ran in.
         records.sort(key=lambda r: studies.SUBJECTS.index(r.subject) if r.subject in studies.SUBJECTS else 99)
@@ -84,8 +87,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--full", action="store_true", help="the long form, with the figures a paper would print")
     parser.add_argument("--list", action="store_true", help="list the studies and their questions, and run none")
     parser.add_argument("-o", "--output", type=Path, default=Path("report"), metavar="DIR", help="default: report")
-    jobs = "studies run at the same time (default: 1); with more, they slow down each other's timings"
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help=jobs)
+    jobs = "studies run at the same time (default: one a processor, 4 at most); those that time things run alone"
+    parser.add_argument("--jobs", type=int, metavar="N", help=jobs)
     where = "run the studies on the workers of this Dask scheduler, such as tcp://10.0.0.1:8786"
     parser.add_argument("--scheduler", metavar="ADDRESS", help=where)
     parser.add_argument("--data", type=Path, metavar="FILE", help="recorded keyframes for the studies that use them")

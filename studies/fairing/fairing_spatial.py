@@ -43,7 +43,7 @@ def net_in_space(seed: int) -> tuple[TwoParameterMotion, TwoParameterMotion, flo
 
 def run(options: StudyOptions) -> StudyResult:
     rows, done = [], {}
-    seeds = range(20 if options.full else 8)
+    seeds = range(20 if options.full else 4)
     for seed in seeds:
         options.progress(f"seed {seed}")
         smooth, net, length = net_in_space(seed)

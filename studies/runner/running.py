@@ -39,7 +39,8 @@ def run_all(
 ) -> list[StudyRecord]:
     """The records of studies in their order, with progress on stderr.
 
-    Run one by one, or in `jobs` processes, or on the Dask cluster whose scheduler has this address.
+    Run one by one, or in `jobs` processes, or on the Dask cluster whose scheduler has this address. In processes those
+    that are to be alone come last, one by one.
     """
     columns = (BarColumn(20), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
     with ExitStack() as stack:
@@ -49,8 +50,9 @@ def run_all(
         display = _Display(bars, len(chosen))
         if executor is not None:
             return _collect(chosen, {executor.submit(run_study, s, options): s for s in chosen}, display)
+        jobs = min(jobs, len(chosen))
         if jobs > 1:
-            return _run_parallel(chosen, options, min(jobs, len(chosen) or 1), display)
+            return _run_parallel(chosen, options, jobs, display)
         records = []
         for study in chosen:
             report = partial(display.step, study.name)
@@ -60,14 +62,23 @@ def run_all(
         return records
 
 
+def in_turn(chosen: Sequence[Study]) -> list[list[Study]]:
+    """Studies that run at the same time, in the order in which they begin, then each that is to be alone."""
+    together = sorted((study for study in chosen if not study.alone), key=lambda study: -study.effort)
+    return [together, *([study] for study in chosen if study.alone)]
+
+
 def _run_parallel(chosen: Sequence[Study], options: StudyOptions, jobs: int, display: "_Display") -> list[StudyRecord]:
     # Spawned, because CasADi and BLAS threads do not survive a fork.
     context = get_context("spawn")
     with context.Manager() as manager, ProcessPoolExecutor(jobs, mp_context=context) as pool:
         steps = manager.Queue()
-        studies_of = {pool.submit(_run_reporting, study, options, steps): study for study in chosen}
+        records: dict[str, StudyRecord] = {}
         try:
-            return _collect(chosen, studies_of, display, steps)
+            for group in in_turn(chosen):
+                studies_of = {pool.submit(_run_reporting, study, options, steps): study for study in group}
+                records |= {record.name: record for record in _collect(group, studies_of, display, steps)}
+            return [records[study.name] for study in chosen]
         except BaseException:  # an interrupt: those that have not begun shall not
             pool.shutdown(wait=False, cancel_futures=True)
             raise

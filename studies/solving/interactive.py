@@ -22,7 +22,7 @@ REACH, SWING = 2.0, 25.0
 PLAIN = sm.Rigidity()
 WITH_PATHS = PLAIN + 1e-3 * sm.TrajectoryEnergy(np.eye(3))
 # Keyframes, the milliseconds that a step may take in the median, steps of the quick form and of the long one.
-SIZES = ((20, 5.0, 60, 500), (200, 30.0, 30, 500))
+SIZES = ((20, 5.0, 40, 500), (200, 30.0, 20, 500))
 KINDS: tuple[tuple[sm.energies.Energy, Literal["interpreted", "compiled"]], ...] = (
     (PLAIN, "interpreted"),
     (PLAIN, "compiled"),
@@ -239,5 +239,6 @@ STUDY = Study(
     "Does the optimal motion follow while a keyframe is dragged?",
     "HJK 4, as a tool at which somebody moves keyframes by hand",
     run,
+    alone=True,
     order=7,
 )

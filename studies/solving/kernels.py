@@ -133,5 +133,6 @@ STUDY = Study(
     "What do compiled kernels and a second thread gain?",
     "",
     run,
+    alone=True,
     order=5,
 )

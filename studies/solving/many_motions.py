@@ -258,5 +258,6 @@ STUDY = Study(
     "How many small motions a second, by loop, threads and processes, and does memory grow?",
     "",
     run,
+    alone=True,
     order=70,
 )

@@ -15,7 +15,7 @@ from symmotion.views import method_style, new_figure
 
 SOLVERS = (sm.ExactNewton(), sm.Ipopt(), sm.Elimination())
 SAME = 1e-6  # relative difference up to which two values are the same optimum
-QUICK, FULL = 60, 300  # problems
+QUICK, FULL = 30, 300  # problems
 QUICK_UNKNOWNS = 200  # the most that a problem of the quick form has
 # Starts beside the program's own from which the full form looks for better minima, and their spread.
 SEARCHES, SPREAD = 4, 0.3

@@ -173,5 +173,6 @@ STUDY = Study(
     "How do time and memory grow with the number of keyframes, and what would other tools take?",
     "HJK 4, against CasADi's and SciPy's solvers as their users write the problem",
     run,
+    alone=True,
     order=6,
 )

@@ -223,5 +223,6 @@ STUDY = Study(
     "Which solver reaches which minimum, how surely and at what cost?",
     "HJK 4.3, 4.4, against IPOPT and an exact Newton method on the same programs",
     run,
+    alone=True,
     order=5,
 )

@@ -222,9 +222,10 @@ class StudyOptions:
 
 @dataclass(frozen=True)
 class Study:
-    """One question and the function that answers it; studies run in increasing `order`, then by name.
+    """One question and the function that answers it; they stand in increasing `order`, then by name.
 
-    subject: what the report groups it under.
+    subject: what the report groups it under; alone: whether it times what it does, so that no other runs beside it;
+    effort: about the seconds that its quick form takes, by which those that run at the same time begin, long ones first.
     """
 
     name: str
@@ -233,6 +234,8 @@ class Study:
     run: Callable[[StudyOptions], StudyResult]
     order: int = 100
     subject: str = ""
+    alone: bool = False
+    effort: float = 2.0
 
     __repr__ = in_a_line
 

@@ -5,7 +5,9 @@ import json
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -84,6 +86,31 @@ def test_an_interrupt_ends_the_studies_that_have_not_begun(monkeypatch, tmp_path
         running.run_all(chosen, StudyOptions(data=tmp_path), jobs=2)
     # Two may run, and three may wait in the pipe to the workers.
     assert len(list(tmp_path.iterdir())) <= 5
+
+
+def tell_when(name: str, options: StudyOptions) -> StudyResult:
+    assert options.data is not None
+    began = time.monotonic_ns()
+    time.sleep(0.1)
+    (options.data / name).write_text(f"{began} {time.monotonic_ns()}")
+    return StudyResult()
+
+
+def test_a_study_that_times_things_runs_alone_and_long_ones_begin_first(tmp_path):
+    def study(name: str, **more: Any) -> Study:
+        return Study(name, "", "", partial(tell_when, name), **more)
+
+    others = [study(f"other_{k}", effort=float(k)) for k in range(3)]
+    chosen = [study("alone_0", alone=True), *others, study("alone_1", alone=True)]
+    names = [[s.name for s in group] for group in running.in_turn(chosen)]
+    assert names == [["other_2", "other_1", "other_0"], ["alone_0"], ["alone_1"]]
+    records = running.run_all(chosen, StudyOptions(data=tmp_path), jobs=2)
+    assert [r.name for r in records] == [s.name for s in chosen]
+    times = {path.name: tuple(map(int, path.read_text().split())) for path in tmp_path.iterdir()}
+    ended = max(times[s.name][1] for s in others)
+    for name in ("alone_0", "alone_1"):
+        assert times[name][0] >= ended
+        ended = times[name][1]
 
 
 def test_runs_the_named_studies_only(studies, tmp_path):
