@@ -16,15 +16,13 @@ from symmotion.batches import Failed, own_processes, solve_many
 from symmotion.errors import InputError
 from symmotion.program import DesignT, Program
 from symmotion.solvers import ExactNewton, Solution, Solver, Status
+from symmotion.solvers.minima import same
 from symmotion.solvers.solver import require_program, require_solver
-from symmotion.systems import largest
 
 # Random starts, and hops from the lowest minimum of before, that are solved before the counts are looked at again.
 DRAWS, HOPS = 2, 6
 # The share of the budget for starts that are not drawn.
 SETTLED = 1 / 3
-# Two minima are one where objectives differ by less, relative, and unknowns by less in the program's units.
-SAME, NEAR = 1e-6, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,14 +179,3 @@ def _sorted(
     led = [rank[k] for k in led]
     counts = tuple(led.count(k) for k in range(len(minima)))
     return Exploration(program, tuple(minima[k] for k in order), counts, tuple(starts), tuple(led), reason)
-
-
-def same(one: Solution, other: Solution) -> bool:
-    """Whether two minima of a program are one, as far as numbers tell."""
-    size = max(abs(one.objective), abs(other.objective))
-    floor = max(one.certificate.rounding, other.certificate.rounding)
-    if abs(one.objective - other.objective) > SAME * size + floor:
-        return False
-    strict = one.inertia == other.inertia == "positive"
-    unit = one.program.unit
-    return not strict or largest((one.x - other.x) / unit) <= NEAR * (1.0 + largest(one.x / unit))

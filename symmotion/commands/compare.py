@@ -42,10 +42,10 @@ def add(commands: Commands) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Compare and write the report; SolveError where no solver reached a minimum of one of the problems."""
+    """Compare and write the report; SolveError where no minimum of one of the problems is certified."""
     # Matplotlib and Jinja take longer to import than a design takes to solve.
     from symmotion.report import StudyRecord, require_writable, write_report
-    from symmotion.report.comparison import comparison_result
+    from symmotion.report.comparison import compared, comparison_result
 
     check_spline(options)
     with at_fault("--solvers"):
@@ -59,15 +59,16 @@ def run(options: argparse.Namespace) -> None:
         began = perf_counter()
         note(options, path, keyframe_notes(keys.times, keys.linear))
         with at_fault(path):
-            result = comparison_result(keys, objectives, options.degree, options.refine, solvers)
-        reached = {r.case for r in result.runs if r.status == "solved"}
-        failed |= any(o.name not in reached for o in objectives)
-        question = f"{path}: {len(keys)} keyframes in {keys.dimension}D"
-        records.append(StudyRecord(f"file_{k + 1}", question, "your keyframes", perf_counter() - began, result))
+            comparisons = compared(keys, objectives, options.degree, options.refine, solvers)
+            result = comparison_result(keys, objectives, comparisons)
+        failed |= not all(any(s.certified for s in c.found) for c in comparisons.values())
+        name = "standard input" if str(path) == "-" else path.stem
+        question = f"{name}: {len(keys)} keyframes in {'the plane' if keys.dimension == 2 else 'space'}"
+        records.append(StudyRecord(f"file_{k + 1}", question, str(path), perf_counter() - began, result))
+        told = (f"{objective}\n{c}\n{c.verdict}\n" for objective, c in comparisons.items())
+        say(options, "\n".join((f"{path}: {question.partition(': ')[2]}\n", *told)))
     settings = f"Degree {options.degree}, {options.refine} inserted knots per segment."
     page = write_report(records, options.output, "symmotion: comparison", settings)
-    for record in records:
-        say(options, f"{record.question}\n{record.result.conclusion if record.result else record.error}\n")
     say(options, f"report: {page}")
     if failed:
-        raise SolveError("no solver reached a minimum of one of the problems; the report says why")
+        raise SolveError("no minimum of one of the problems is certified; the report says why")

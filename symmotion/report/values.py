@@ -10,7 +10,7 @@ import numpy as np
 from symmotion.bodies import Body
 from symmotion.brief import brief, in_a_line
 from symmotion.errors import InputError
-from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
+from symmotion.solvers.solution import Iteration, Seconds, Solution, Status, ending, is_certified
 from symmotion.tables import Table, start_of
 
 
@@ -159,12 +159,12 @@ class Run:
     @property
     def certified(self) -> bool:
         """Whether it is a strict local minimum to the solver's tolerance."""
-        return self.status == Status.SOLVED and self.inertia == "positive"
+        return is_certified(self.status, self.inertia)
 
     @property
     def ended(self) -> str:
-        """How it ended, for a reader: what is not certified is not called solved without a word on why."""
-        return self.status if self.certified or self.status != Status.SOLVED else f"{self.status}, but {self.inertia}"
+        """How it ended, see `ending`."""
+        return ending(self.status, self.inertia)
 
 
 @dataclass(frozen=True)

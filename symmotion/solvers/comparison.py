@@ -11,10 +11,13 @@ from symmotion.pictures import as_html, plot_comparison
 from symmotion.program import Program
 from symmotion.solvers.elimination import Elimination
 from symmotion.solvers.ipopt import Ipopt
+from symmotion.solvers.minima import distinct
 from symmotion.solvers.newton import ExactNewton
 from symmotion.solvers.plain import PlainIpopt
+from symmotion.solvers.pursuit import Run, pursue
 from symmotion.solvers.solution import Solution, Status
 from symmotion.solvers.solver import Solver, conclude, require_program, require_solver
+from symmotion.solvers.verdict import verdict
 
 # Short names of solvers, as reports and the command line use them.
 BY_NAME: dict[str, Solver] = {
@@ -29,10 +32,31 @@ BY_NAME: dict[str, Solver] = {
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """The solutions of one program by several solvers, in the order asked for."""
+    """The solutions of one program by several solvers, in the order asked for.
+
+    descents: by ExactNewton, from points below all minima that a run has met on its way or failed at;
+    left: method and objective of such points from which no minimum was certified.
+    """
 
     program: Program
     solutions: tuple[Solution, ...]
+    descents: tuple[Solution, ...] = ()
+    left: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def found(self) -> tuple[Solution, ...]:
+        """The solutions, and those of the descents."""
+        return self.solutions + self.descents
+
+    @property
+    def minima(self) -> tuple[Solution, ...]:
+        """The minima found that differ, lowest first."""
+        return distinct(self.found)
+
+    @property
+    def verdict(self) -> str:
+        """In one sentence who won, who failed and by how much."""
+        return verdict(self.found, self.best, len(self.minima), self.left)
 
     @property
     def best(self) -> Solution | None:
@@ -40,7 +64,7 @@ class Comparison:
 
         Of those alike to nine digits, the one of least stationarity.
         """
-        solved = [s for s in self.solutions if s.status is Status.SOLVED]
+        solved = [s for s in self.found if s.status is Status.SOLVED]
         least = min((s.objective for s in solved), default=0.0)
         alike = [s for s in solved if s.objective <= least + 1e-9 * abs(least)]
         return min(alike, key=lambda s: s.stationarity, default=None)
@@ -59,12 +83,12 @@ class Comparison:
         head = ("solver", "status", "objective", "stationarity", "violation", "inertia", "iterations")
         head += ("order", "seconds", "Δ minimiser", "Δ multipliers")
         rows: list[tuple[str, ...]] = [head]
-        for s in self.solutions:
+        for s in self.found:
             order, agreement = s.convergence_order, self.agreement(s)
             rows.append(
                 (
                     s.method,
-                    str(s.status),
+                    s.ended,
                     f"{s.objective:.9g}",
                     f"{s.stationarity:.1e}",
                     f"{s.violation:.1e}",
@@ -77,21 +101,22 @@ class Comparison:
             )
         widths = [max(len(r[k]) for r in rows) for k in range(len(head))]
         lines = ["  ".join(cell.ljust(w) for cell, w in zip(r, widths, strict=True)).rstrip() for r in rows]
-        return "\n".join(lines + [f"{s.method}: {s.message}" for s in self.solutions if s.message])
+        return "\n".join(lines + [f"{s.method}: {s.message}" for s in self.found if s.message])
 
 
 def compare(program: Program, solvers: Sequence[Solver] | None = None, start: object = None) -> Comparison:
     """Run solvers one after the other on a program from the same start.
 
     solvers: ExactNewton(), Ipopt() and Elimination() when left out. One that cannot take the
-    program gets a row that says why.
+    program gets a row that says why. Where one has met a point that is lower than every minimum found, on its way or
+    where it failed, ExactNewton descends from there, until no run has met a lower one: `descents`.
     """
     if solvers is None:
         solvers = (ExactNewton(), Ipopt(), Elimination())
     if not isinstance(solvers, Iterable):
         raise InputError(f"solvers {solvers!r}: a sequence is needed, such as [ExactNewton(), Ipopt()]")
     require_program(program)
-    solutions = []
+    runs = []
     for solver in [require_solver(s, "tolerance") for s in solvers]:
         try:
             found = solver.solve(program, start)
@@ -99,8 +124,8 @@ def compare(program: Program, solvers: Sequence[Solver] | None = None, start: ob
             found = _unsupported(program, solver, str(error))
         if not isinstance(found, Solution):
             raise InputError(f"solver {solver!r} returns a {type(found).__name__}: a Solution is needed, see conclude")
-        solutions.append(found)
-    return Comparison(program, tuple(solutions))
+        runs.append(Run(solver, found))
+    return Comparison(program, tuple(run.solution for run in runs), *pursue(program, runs, start))
 
 
 def solver_by_name(name: str) -> Solver:

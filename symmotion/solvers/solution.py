@@ -48,6 +48,16 @@ class Status(StrEnum):
     UNSUPPORTED = "unsupported"
 
 
+def is_certified(status: str, inertia: str) -> bool:
+    """Whether that is a strict local minimum, to the solver's tolerance."""
+    return status == Status.SOLVED and inertia == "positive"
+
+
+def ending(status: str, inertia: str) -> str:
+    """How a solve ended, for a reader: what is not certified is not called solved without a word on why."""
+    return f"{status}, but {inertia}" if status == Status.SOLVED and inertia != "positive" else str(status)
+
+
 @dataclass(frozen=True)
 class Iteration:
     """One row of a solver's log; None where the solver does not tell.
@@ -216,6 +226,16 @@ class Solution(Generic[DesignT]):
     @property
     def inertia(self) -> str:
         return self.certificate.inertia
+
+    @property
+    def certified(self) -> bool:
+        """Whether it is a strict local minimum, to the solver's tolerance."""
+        return is_certified(self.status, self.inertia)
+
+    @property
+    def ended(self) -> str:
+        """How it ended, see `ending`."""
+        return ending(self.status, self.inertia)
 
     @property
     def quadrature_error(self) -> float:

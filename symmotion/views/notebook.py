@@ -105,9 +105,9 @@ def comparison_html(comparison: Comparison) -> str:
     """A comparison, as HTML: the solvers side by side, and stationarity over their iterations."""
     columns = ("solver", "status", "objective", "stationarity", "violation", "inertia", "iterations")
     rows = []
-    for s in comparison.solutions:
+    for s in comparison.found:
         agreement = comparison.agreement(s)
-        own = (s.method, str(s.status), s.objective, s.stationarity, s.violation, s.inertia)
+        own = (s.method, s.ended, s.objective, s.stationarity, s.violation, s.inertia)
         steps = s.iterations if s.log else None
         rows.append((*own, steps, s.seconds.total or None, *((None, None) if agreement is None else agreement)))
     table = Table(
@@ -116,16 +116,14 @@ def comparison_html(comparison: Comparison) -> str:
         tuple(tuple(float(f"{c:.3g}") if isinstance(c, float) and k > 2 else c for k, c in enumerate(r)) for r in rows),
         "Δ: largest difference from the best one, relative to its largest entry.",
     )
-    best = comparison.best
-    headline = "none solved" if best is None else f"best: {best.method}, objective {best.objective:.9g}"
     messages = tuple(
         f"{name}: {_short(s.message)}"
-        for name, s in zip(solver_names(comparison.solutions), comparison.solutions, strict=True)
+        for name, s in zip(solver_names(comparison.found), comparison.found, strict=True)
         if s.message
     )
     picture, notes = _picture(lambda axes: plot_comparison(comparison, axes))
     return Display(
-        "Comparison", headline, (), (table,), messages + notes, picture, (_program_text(comparison.program),)
+        "Comparison", comparison.verdict, (), (table,), messages + notes, picture, (_program_text(comparison.program),)
     ).html()
 
 

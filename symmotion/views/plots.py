@@ -86,7 +86,7 @@ def plot_comparison(comparison: Comparison, axes: Axes | None = None) -> Axes:
 
     The figures are the solvers' own: IPOPT's are of the problem as it scales it.
     """
-    return _plot_convergence(comparison.solutions, axes)
+    return _plot_convergence(comparison.found, axes)
 
 
 def plot_fairing(result: FairingResult, axes: Axes | None = None, *, kind: FairingKind = "history") -> Axes:

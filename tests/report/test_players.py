@@ -18,7 +18,7 @@ from symmotion.bodies import eight_ellipses, jug, letter_k, wedge
 from symmotion.bodies.places import placed
 from symmotion.motions.nets import smooth_net
 from symmotion.report import Column, Run, StudyRecord, StudyResult, Table, Travelling, player, write_report
-from symmotion.report.comparison import comparison_result
+from symmotion.report.comparison import compared, comparison_result
 
 EVIL = "</script><script>window.hacked = 1</script><!--<script><img src=x onerror='window.hacked = 1'>"
 KEYS = {2: sm.examples.planar_keyframes(), 3: sm.examples.spatial_keyframes()}
@@ -226,11 +226,16 @@ def test_a_report_without_players_has_no_script(tmp_path):
     assert "<script" not in page and "script-src" not in page
 
 
+def compared_result(keys):
+    objectives = [sm.Rigidity()]
+    return comparison_result(keys, objectives, compared(keys, objectives, 3, 1, [sm.ExactNewton()]))
+
+
 def test_a_comparison_plays_before_and_after():
-    result = comparison_result(KEYS[2], [sm.Rigidity()], 3, 1, [sm.ExactNewton()])
+    result = compared_result(KEYS[2])
     (made,) = result.players
-    assert [track.label for track in made.tracks] == ["interpolating spline", "optimum"] and len(made.keyframes) == 4
-    result = comparison_result(long_way(), [sm.Rigidity()], 3, 1, [sm.ExactNewton()])
+    assert [track.label for track in made.tracks] == ["interpolating spline", "minimum"] and len(made.keyframes) == 4
+    result = compared_result(long_way())
     assert result.players[0].domain == (0.0, 15.0) and "first 16 of 300 keyframes" in result.players[0].caption
 
 

@@ -222,7 +222,7 @@ def test_pictures_in_one_notebook_do_not_share_ids(comparison):
 
 
 def test_a_comparison_of_nothing_is_shown():
-    assert "none solved" in "".join(shown(sm.compare(sm.affine_program(PLANAR), [])).text)
+    assert "No solver reached a minimum" in "".join(shown(sm.compare(sm.affine_program(PLANAR), [])).text)
 
 
 def test_ink_and_ground_are_the_notebooks(comparison):
