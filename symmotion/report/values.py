@@ -225,7 +225,7 @@ class Study:
     """One question and the function that answers it; they stand in increasing `order`, then by name.
 
     subject: what the report groups it under; alone: whether it times what it does, so that no other runs beside it;
-    effort: about the seconds that its quick form takes, by which those that run at the same time begin, long ones first.
+    effort: about the seconds that its quick form takes; of those that run at the same time long ones begin.
     """
 
     name: str
