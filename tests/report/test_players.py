@@ -43,7 +43,8 @@ def in_space(**changes):
 
 def spins():
     return {
-        f"× {f}": placed(sm.quaternions.QuaternionMotion.hermite([1, 0, 0, 0], [0, 1, 0, 0], *np.eye(3)[:2] * f)) for f in (1, 9)
+        f"× {f}": placed(sm.quaternions.QuaternionMotion.hermite([1, 0, 0, 0], [0, 1, 0, 0], *np.eye(3)[:2] * f))
+        for f in (1, 9)
     }
 
 
@@ -253,7 +254,10 @@ def path(tmp_path_factory):
 
 
 def three():
-    return {**spins(), "× 0": placed(sm.quaternions.QuaternionMotion.hermite([1, 0, 0, 0], [0.8, 0, 0.6, 0], [0] * 3, [0] * 3))}
+    return {
+        **spins(),
+        "× 0": placed(sm.quaternions.QuaternionMotion.hermite([1, 0, 0, 0], [0.8, 0, 0.6, 0], [0] * 3, [0] * 3)),
+    }
 
 
 class Screen:

@@ -18,10 +18,10 @@ import symmotion as sm
 from symmotion.report import Column, Figure, Run, StudyRecord, StudyResult, Table, write_report
 from symmotion.report.figures import convergence_figure, to_figure
 from symmotion.report.page import duration
+from symmotion.solvers import Iteration, Status
 from symmotion.tables import shown
 from symmotion.views.style import COLOURS, new_figure
 from symmotion.views.svg_paths import shortened
-from symmotion.solvers import Iteration, Status
 
 EVIL = "<script>alert(1)</script>"
 
@@ -109,8 +109,8 @@ def test_json_follows_the_contract(tmp_path):
     assert study["tables"][0]["columns"] == [{"name": "case", "unit": ""}, {"name": "length", "unit": "m"}]
     assert study["tables"][0]["rows"] == [["a", 1 / 3], ["b", None], ["c", None]]
     good, bad = study["runs"]
-    keys = "case method solver status objective stationarity violation decrement complementarity excess inertia iterations "
-    keys += "evaluations unknowns multipliers"
+    keys = "case method solver status objective stationarity violation decrement complementarity excess inertia "
+    keys += "iterations evaluations unknowns multipliers"
     assert list(good) == [*keys.split(), "convergence_order", "seconds"]
     assert list(good["seconds"]) == ["build", "compile", "solve", "evaluate", "linear"]
     assert (good["method"], good["status"], good["inertia"]) == ("newton", "solved", "positive")
