@@ -1,8 +1,10 @@
 """Batches of small programs and solvers for the tests of many motions; importable by worker processes."""
 
+import ctypes
 import gc
 import os
 import signal
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,23 +87,35 @@ def lasting(duration: float, seed: int = 0) -> sm.program.Program:
     return sm.affine_program(sm.Keyframes(TIMES * duration, keys.linear, keys.translation))
 
 
-def growth(kind: str, count: int) -> float:
-    """MB of resident memory that stay behind from a solve in every one of five batches, in this process."""
-    import resource  # not on Windows
+class Allocated(ctypes.Structure):
+    """What glibc tells of its allocator, in all threads: `mallinfo2`, bytes."""
 
+    names = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
+    _fields_ = tuple((name, ctypes.c_size_t) for name in names.split())
+
+
+def allocated() -> float:
+    """Bytes in use, which what was freed before does not hide: those of C, and some for each object of Python's own."""
+    told = ctypes.CDLL(None).mallinfo2
+    told.restype = Allocated
+    found = told()
+    return float(found.uordblks + found.hblkhd + 64 * sys.getallocatedblocks())
+
+
+def growth(kind: str, count: int) -> float:
+    """Bytes that stay behind from a solve in every one of five batches."""
     kept, sizes = [], []
     make = moved_programs if kind in ("moved", "threads", "ipopt") else small_programs
     solver = sm.Ipopt() if kind == "ipopt" else sm.ExactNewton()
     for _ in range(6):
         if kind == "threads":
             with ThreadPoolExecutor(2) as threads:
-                solve_many(make(count), solver, threads, chunk=10)
+                solve_many(make(count), solver, threads, chunk=count // 2)
         else:
             answers = solve_many(make(count), solver)
             kept += answers if kind == "kept" else []
             del answers
         gc.collect()
-        with open("/proc/self/statm") as file:
-            sizes.append(int(file.read().split()[1]) * resource.getpagesize() / 1e6)
-    # The least of them: now and then the allocator takes a megabyte from the system, a leak does so in every batch.
+        sizes.append(allocated())
+    # The least of them: now and then a table of the interpreter grows, a leak does so in every batch.
     return float(np.diff(sizes).min()) / count
