@@ -69,6 +69,8 @@ def _missed(
     evaluator: Evaluator, start: np.ndarray, unit: np.ndarray, scale: np.ndarray, rows: np.ndarray
 ) -> np.ndarray:
     """(R,) the least violation of some conditions, in own units, near a start."""
+    from scipy.optimize import least_squares  # here, since it is a sixth of the time of `import symmotion`
+
     program = evaluator.program
     equal = (program.lower == program.upper)[rows]
     touched = np.unique(evaluator.jacobian(start)[rows].indices)
