@@ -91,7 +91,6 @@ def _missed(
         found = sparse.csr_array(evaluator.jacobian(x)[rows][:, touched] * unit[touched] * weight[:, None])
         return found.toarray() if dense else found
 
-
     dense = len(rows) * len(touched) <= DENSE
     start_at, limits = np.zeros(len(touched)), {"ftol": 1e-14, "xtol": 1e-12, "gtol": 1e-12, "max_nfev": MOST_STEPS}
     if dense:
