@@ -1,6 +1,6 @@
 """What is true at a point with multipliers, computed the same way whatever solver returned them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -207,9 +207,28 @@ class Inspection:
         return self.evaluator.jacobian(self.x)
 
     @cached_property
+    def sizes(self) -> sparse.csr_array:
+        """(conditions, unknowns) the Jacobian's absolute values."""
+        return self._once("sizes", lambda: abs(self.jacobian))
+
+    @cached_property
+    def transposed(self) -> sparse.csr_array:
+        """(unknowns, conditions) the Jacobian's transpose."""
+        return self._once("transposed", lambda: sparse.csr_array(self.jacobian.T))
+
+    def _once(self, name: str, make: Callable[[], sparse.csr_array]) -> sparse.csr_array:
+        """What is made of the Jacobian, kept where that is."""
+        if not self.program.linear:
+            return make()
+        structure = self.program.structure
+        if name not in structure:
+            structure[name] = make()
+        return structure[name]
+
+    @cached_property
     def reach(self) -> np.ndarray:
         """(conditions,) by how much each condition changes where the unknowns move by their units."""
-        return reach(self.jacobian, self.program.unit)
+        return reach(self.sizes, self.program.unit)
 
     @cached_property
     def equal(self) -> np.ndarray:
@@ -286,7 +305,7 @@ class Inspection:
         violation, objective = evaluator.violation(x), evaluator.objective(x)
         system = self.system
         gradient, hessian = evaluator.second_order(x, system.pattern, self.multipliers)
-        residual = gradient + self.jacobian.T @ self.multipliers
+        residual = gradient + self.transposed @ self.multipliers
         finite = bool(np.isfinite(objective) and np.isfinite(residual).all() and np.isfinite(hessian).all())
         if not finite:
             return NOWHERE
@@ -294,7 +313,7 @@ class Inspection:
         # Only where a decrement is not far below f may it be rounding that is left.
         rounding = 0.0 if decrement <= EPS * abs(objective) / SLOPPY else evaluator.rounding(x)
         far = np.abs(x) + np.abs(program.whole_shift)
-        sums = np.asarray(abs(self.jacobian) @ far) + np.abs(np.where(self.equal, program.lower, 0.0))
+        sums = np.asarray(self.sizes @ far) + np.abs(np.where(self.equal, program.lower, 0.0))
         unseen = SLOPPY * EPS * sums
         missed = np.where(np.abs(violation) <= unseen, 0.0, np.abs(violation) / self.reach)
         slack = self.press * np.minimum(self.slack, 1.0)
@@ -367,8 +386,8 @@ class Inspection:
     def _mismatch(self, gradient: np.ndarray, residual: np.ndarray, hessian: np.ndarray) -> float:
         """The part of r in the range of Jᵀ, relative to the gradient in the program's own units."""
         system, unit = self.system, self.program.unit
-        jacobian = system.jacobian if isinstance(system, Saddle) else self.jacobian
-        off = unit * (jacobian.T @ system.multipliers(residual))
+        transposed = system.jacobian.T if isinstance(system, Saddle) else self.transposed
+        off = unit * (transposed @ system.multipliers(residual))
         u = system.on_diagonal(unit)
         far = largest(self.x / unit)
         floor = SLOPPY * EPS * far * largest(hessian[system.diagonal] * u**2)
