@@ -1,0 +1,40 @@
+"""Solvers of CasADi's on problems of the set, in a process that has CasADi alone: a line of JSON for each problem.
+
+    python casadi_worker.py DIRECTORY PLUGIN OPTIONS NAME…
+
+DIRECTORY: where load.py of the problem set lies; OPTIONS: of the plugin, in JSON.
+"""
+
+import json
+import os
+import sys
+from time import process_time
+
+
+def main(directory: str, plugin: str, options: str, *names: str) -> None:
+    # What solvers print goes nowhere; what is said here goes to a copy of standard output.
+    told = os.fdopen(os.dup(1), "w")
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 1)
+    sys.path.insert(0, directory)
+    import load
+
+    for name in names:
+        print(json.dumps({"began": name}), file=told, flush=True)
+        row = {"name": name, "claimed": False, "said": "", "x": None, "multipliers": None, "evaluations": 0}
+        began = process_time()
+        try:
+            x, multipliers, stats = load.load(name).solve(plugin, json.loads(options))
+            row |= {"claimed": bool(stats["success"]), "said": str(stats.get("return_status", ""))}
+            row |= {"x": x.tolist(), "multipliers": multipliers.tolist()}
+            row["evaluations"] = sum(
+                int(v) for k, v in stats.items() if k.startswith("n_call_nlp_") and k != "n_call_total"
+            )
+        except Exception as error:  # whatever a plugin raises is what it fails with
+            row["said"] = " ".join(str(error).split())[-200:]
+        row["seconds"] = process_time() - began
+        print(json.dumps(row), file=told, flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
