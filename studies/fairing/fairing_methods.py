@@ -19,7 +19,7 @@ PER_KNOT = 0.002 / 121  # and what they reach
 
 def run(options: StudyOptions) -> StudyResult:
     rows, runs, results = [], [], {}
-    for n in (15, 30, 60) if options.full else (15, 30):
+    for n in (15, 30, 60) if options.full else (15,):
         knots = (n - 4) ** 2
         smooth, net, sigma = net_with(INITIAL * knots / 121, n)
         for name, keywords in _methods(PER_KNOT * knots, sigma, n, options.full):
@@ -30,7 +30,7 @@ def run(options: StudyOptions) -> StudyResult:
         runs += _programs(n, net, sigma)
     options.progress("past the minimum")
     smooth, net, _ = net_with(INITIAL)
-    steps = 300_000 if options.full else 30_000
+    steps = 300_000 if options.full else 50_000
     local: tuple[Method, ...] = ("greedy", "orthogonal")
     past = {str(m): fair(net, m, max_steps=steps, divergence=1e9) for m in local}
     options.progress("over-fairing")
@@ -39,7 +39,7 @@ def run(options: StudyOptions) -> StudyResult:
     compared: tuple[Method, ...] = ("greedy", "orthogonal", "least-squares")
     curves = {str(name): _path(rough, truth, name) for name in compared}
     options.progress("growth")
-    growth = tuple(_growth(n) for n in ((15, 30, 60, 120, 240) if options.full else (15, 30, 60)))
+    growth = tuple(_growth(n) for n in ((15, 30, 60, 120, 240) if options.full else (15, 30)))
     seeds = fairing_seeds.study(options.full, options.progress)
     shown = fairing_seeds.tables(seeds)
     tables = (*shown, _table(rows), _past_table(past), _curves_table(curves), _growth_table(growth))

@@ -26,6 +26,7 @@ from symmotion.systems import Certificate
 
 FINE = 1e-9  # what each is asked for, by its own tests
 ACCURACIES = (1e-4, 1e-6, 1e-8)
+MOST = 300  # unknowns
 WORKER = Path(__file__).with_name("casadi_worker.py")
 QRQP = {"print_iter": False, "print_header": False, "error_on_fail": False}
 SQP = {"qpsol": "qrqp", "qpsol_options": QRQP, "max_iter": 200, "tol_du": FINE, "tol_pr": FINE}
@@ -63,7 +64,7 @@ class Answer:
 
 
 def run(options: StudyOptions) -> StudyResult:
-    names, patience = chosen(8 if options.full else 1, 500 if options.full else 100), 6.0 if options.full else 2.0
+    names, patience = chosen(6 if options.full else 1, MOST if options.full else 100), 5.0 if options.full else 2.0
     plugins = PLUGINS if options.full else {name: PLUGINS[name] for name in QUICK_PLUGINS}
     answers = []
     for plugin, (name, settings) in plugins.items():
@@ -79,7 +80,7 @@ def run(options: StudyOptions) -> StudyResult:
     )
     answer = f"Of CasADi's solvers {len(working)} of {len(plugins)} certify problems of the set to 1e-6: {told}."
     text = (
-        f"{len(names)} problems of at most {500 if options.full else 100} unknowns, each plugin in a process that "
+        f"{len(names)} problems of at most {MOST if options.full else 100} unknowns, each plugin in a process that "
         "imports "
         f"CasADi alone and reads the set by its own loader, {patience:g} s for a problem. Without a minimum to 1e-6 "
         f"anywhere: {', '.join(p for p in plugins if p not in working) or 'none'}."
@@ -122,8 +123,8 @@ class _Worker:
     def __init__(self, plugin: str, settings: Mapping[str, Any], names: Sequence[str]):
         # Isolated: nothing of this process is on its path.
         command = [sys.executable, "-I", str(WORKER), str(load.HERE), plugin, json.dumps(settings), *names]
-        quiet = {"stderr": subprocess.DEVNULL, "stdin": subprocess.DEVNULL}
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **quiet)
+        nothing = subprocess.DEVNULL
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=nothing, stdin=nothing, text=True)
         self._lines: SimpleQueue[str | None] = SimpleQueue()
         Thread(target=self._listen, daemon=True).start()
 
@@ -136,7 +137,7 @@ class _Worker:
 
     def answer(self, patience: float) -> dict[str, Any]:
         """What it says of the next problem; where it says nothing, only why."""
-        if self._heard(30.0) is None:  # that it began, after its imports
+        if self._heard(60.0) is None:  # that it began, after its imports
             return {"said": f"the process ended with code {self._process.wait()}"}
         with suppress(Empty):
             row = self._heard(patience)
@@ -158,8 +159,7 @@ def _judged(name: str, plugin: str, row: Mapping[str, Any]) -> Answer:
     made, family = program(name), load.load(name).about["family"]
     certificate = None
     if row.get("x") is not None:
-        vectors = (np.array(row[key], dtype=float) for key in ("x", "multipliers"))
-        certificate = sm.certify(made, *vectors)
+        certificate = sm.certify(made, np.array(row["x"], dtype=float), np.array(row["multipliers"], dtype=float))
     claimed, evaluations = bool(row.get("claimed")), int(row.get("evaluations", 0))
     return Answer(name, family, plugin, claimed, str(row["said"]), row.get("seconds"), evaluations, certificate)
 

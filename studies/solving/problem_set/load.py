@@ -137,12 +137,12 @@ def load(name: str) -> Problem:
     text, told = read(f"{name}.casadi"), json.loads(read(f"{name}.json"))
     if hashlib.sha256(text).hexdigest() != about["sha256"]:
         raise ValueError(f"{name}: not the text that the manifest has the checksum of")
-    numbers = {key: None if told[key] is None else np.array(told[key], dtype=float) for key in told}
     # JSON has no infinity: a bound that is none is null.
-    bounds = (np.where(np.isnan(numbers["lbg"]), -np.inf, numbers["lbg"]), np.nan_to_num(numbers["ubg"], nan=np.inf))
+    x0, p0, lbg, ubg, unit = (np.array(told[key], dtype=float) for key in ("x0", "p0", "lbg", "ubg", "unit"))
+    lbg, ubg = np.where(np.isnan(lbg), -np.inf, lbg), np.where(np.isnan(ubg), np.inf, ubg)
+    best = [None if told[key] is None else np.array(told[key]) for key in ("x", "multipliers")]
     function = ca.Function.deserialize(text.decode("ascii"))
-    vectors = (numbers["x0"], numbers["p0"], *bounds, numbers["unit"], numbers["x"], numbers["multipliers"])
-    return Problem(name, function, *vectors, about)
+    return Problem(name, function, x0, p0, lbg, ubg, unit, best[0], best[1], about)
 
 
 def main() -> None:
@@ -155,7 +155,9 @@ def main() -> None:
         size = f"{row['unknowns']:5} unknowns {row['conditions']:5} conditions"
         print(f"{row['name']:22} {row['family']:22} {size}  best known {best['objective']:.10g}")
     for problem in map(load, options.names):
-        points = {} if problem.x is None else {"best known": (problem.x, problem.multipliers)}
+        points = {}
+        if problem.x is not None and problem.multipliers is not None:
+            points["best known"] = problem.x, problem.multipliers
         if options.solver is not None:
             x, multipliers, stats = problem.solve(options.solver)
             points[f"{options.solver}, {stats['return_status']}"] = x, multipliers

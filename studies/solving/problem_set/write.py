@@ -118,7 +118,7 @@ def main() -> None:
         rows.append(row)
         told = "none" if row["best"] is None else f"{row['best']['objective']:.10g} by {row['best']['solver']}"
         print(f"{entry.name}: {row['unknowns']} unknowns, best {told}", file=sys.stderr, flush=True)
-    head = {"set": "symmotion", "version": 1, "licence": LICENCE, "casadi": ca.__version__, "problems": rows}
+    head = {"set": "symmotion", "version": 1, "licence": LICENCE, "casadi": ca.CasadiMeta.version(), "problems": rows}
     # A problem a line: a change of one is a change of one line.
     lines = ",\n".join(json.dumps(row, ensure_ascii=False) for row in rows)
     start = json.dumps({**head, "problems": []}, ensure_ascii=False)[:-2]
