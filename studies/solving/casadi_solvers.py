@@ -1,6 +1,7 @@
 """The other solvers of CasADi's wheel on the files of the problem set: which work, what they claim, which crash."""
 
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,6 +28,7 @@ from symmotion.systems import Certificate
 FINE = 1e-9  # what each is asked for, by its own tests
 ACCURACIES = (1e-4, 1e-6, 1e-8)
 MOST = 300  # unknowns
+WALL = 60.0  # seconds of the clock in which a process that lives says something
 WORKER = Path(__file__).with_name("casadi_worker.py")
 QRQP = {"print_iter": False, "print_header": False, "error_on_fail": False}
 SQP = {"qpsol": "qrqp", "qpsol_options": QRQP, "max_iter": 200, "tol_du": FINE, "tol_pr": FINE}
@@ -46,7 +48,7 @@ PLUGINS: dict[str, tuple[str, dict[str, Any]]] = {
     "scpgen": ("scpgen", {"qpsol": "qrqp", "qpsol_options": QRQP}),
     "blocksqp": ("blocksqp", {}),
 }
-QUICK_PLUGINS = ("ipopt", "fatrop", "uno, filterSQP", "sleqp")
+QUICK_PLUGINS = ("ipopt", "fatrop", "uno, filterSQP")
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,8 @@ class Answer:
 
 
 def run(options: StudyOptions) -> StudyResult:
-    names, patience = chosen(6 if options.full else 1, MOST if options.full else 100), 5.0 if options.full else 2.0
+    most, patience = MOST if options.full else 100, 5.0
+    names = chosen(6 if options.full else 1, most)
     plugins = PLUGINS if options.full else {name: PLUGINS[name] for name in QUICK_PLUGINS}
     answers = []
     for plugin, (name, settings) in plugins.items():
@@ -80,9 +83,8 @@ def run(options: StudyOptions) -> StudyResult:
     )
     answer = f"Of CasADi's solvers {len(working)} of {len(plugins)} certify problems of the set to 1e-6: {told}."
     text = (
-        f"{len(names)} problems of at most {MOST if options.full else 100} unknowns, each plugin in a process that "
-        "imports "
-        f"CasADi alone and reads the set by its own loader, {patience:g} s for a problem. Without a minimum to 1e-6 "
+        f"{len(names)} problems of at most {most} unknowns, each plugin in a process that imports CasADi alone and "
+        f"reads the set by its own loader, {patience:g} s of CPU for a problem. Without a minimum to 1e-6 "
         f"anywhere: {', '.join(p for p in plugins if p not in working) or 'none'}."
     )
     note = (
@@ -109,9 +111,9 @@ def asked(
     """The answers of a plugin; where its process crashes or takes too long the next one goes on behind that problem."""
     left = list(names)
     while left:
-        with _Worker(name, settings, left) as worker:
+        with _Worker(name, settings, left, patience) as worker:
             while left:
-                row = worker.answer(patience)
+                row = worker.answer()
                 yield _judged(left.pop(0), plugin, row)
                 if "x" not in row:
                     break
@@ -120,9 +122,19 @@ def asked(
 class _Worker:
     """A process that answers a line for each problem."""
 
-    def __init__(self, plugin: str, settings: Mapping[str, Any], names: Sequence[str]):
+    def __init__(self, plugin: str, settings: Mapping[str, Any], names: Sequence[str], patience: float):
+        self._patience = patience
         # Isolated: nothing of this process is on its path.
-        command = [sys.executable, "-I", str(WORKER), str(load.HERE), plugin, json.dumps(settings), *names]
+        command = [
+            sys.executable,
+            "-I",
+            str(WORKER),
+            str(load.HERE),
+            plugin,
+            json.dumps(settings),
+            str(patience),
+            *names,
+        ]
         nothing = subprocess.DEVNULL
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=nothing, stdin=nothing, text=True)
         self._lines: SimpleQueue[str | None] = SimpleQueue()
@@ -135,14 +147,20 @@ class _Worker:
         self._process.kill()
         self._process.wait()
 
-    def answer(self, patience: float) -> dict[str, Any]:
+    def answer(self) -> dict[str, Any]:
         """What it says of the next problem; where it says nothing, only why."""
-        if self._heard(60.0) is None:  # that it began, after its imports
-            return {"said": f"the process ended with code {self._process.wait()}"}
         with suppress(Empty):
-            row = self._heard(patience)
-            return {"said": f"the process ended with code {self._process.wait()}"} if row is None else row
-        return {"said": f"more than {patience:g} s"}
+            if self._heard(WALL) is None:  # that it began, after its imports
+                return {"said": self._ending()}
+            row = self._heard(max(WALL, 10 * self._patience))
+            return {"said": self._ending()} if row is None else row
+        return {"said": f"more than {self._patience:g} s"}
+
+    def _ending(self) -> str:
+        code = self._process.wait()
+        if hasattr(signal, "SIGPROF") and code == -signal.SIGPROF:
+            return f"more than {self._patience:g} s"
+        return f"the process ended with code {code}"
 
     def _heard(self, seconds: float) -> dict[str, Any] | None:
         line = self._lines.get(timeout=seconds)

@@ -181,6 +181,6 @@ STUDY = Study(
     "HJK 4.3, 4.4, against IPOPT and an exact Newton method on the same programs; Dolan and Moré 2002, Moré and Wild "
     "2009",
     run,
-    alone=True,
     order=5,
+    effort=8.0,
 )

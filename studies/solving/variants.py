@@ -22,7 +22,8 @@ def newton(full: bool, **options: Any) -> sm.ExactNewton:  # Any: of the solver
 
 
 def ipopt(full: bool, **options: str | float) -> sm.Ipopt:
-    return sm.Ipopt(kernels="compiled" if full else "interpreted", time_limit=PATIENCE, options=options)
+    kernels: sm.kernels.Kernels = "compiled" if full else "interpreted"
+    return sm.Ipopt(kernels=kernels, time_limit=PATIENCE, max_iterations=1000 if full else 150, options=options)
 
 
 def variants(full: bool) -> Iterator[Contender]:
@@ -50,7 +51,7 @@ THIRD = 3  # every third problem of the set is taken in the long form
 
 
 def run(options: StudyOptions) -> StudyResult:
-    chosen = list(tasks())[::THIRD] if options.full else quick(1, 120)
+    chosen = list(tasks())[::THIRD] if options.full else quick(1, 60)
     contest = contend(chosen, tuple(variants(options.full)), Budget(), options.progress, keep=True)
     affine = [t.name for t in chosen if t.family in (EQUALITIES, SCALED, LONG) and t.name.startswith(("keyf", "long"))]
     again = [e for name in affine for e in edits(name, MOVES if options.full else QUICK_MOVES, options)]
@@ -221,6 +222,6 @@ STUDY = Study(
     "What are the solvers' options worth: steps, systems, damping, barrier, scaling, warm starts?",
     "the options of ExactNewton, IPOPT and HJK 4.3 to 4.4, over the frozen problem set",
     run,
-    alone=True,
     order=6,
+    effort=8.0,
 )

@@ -5,13 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from scipy.stats import binom
+from studied import table
 
 import symmotion as sm
 from studies import shares
-from studies.solving import casadi_solvers
+from studies.solving import casadi_solvers, conditioning, variants
 from studies.solving.contest import profiles, tables
 from studies.solving.contest.attempts import Attempt, Budget, Contender, Contest, Task, contend, start_of
 from studies.solving.problem_set import load
+from symmotion.report import StudyOptions
 
 KEYS = sm.examples.planar_keyframes()
 
@@ -105,8 +107,9 @@ def test_every_contender_has_the_same_starts_and_budget():
 
 
 def test_who_does_not_take_a_problem_has_no_attempts():
-    program = sm.affine_program(KEYS, objective=sm.Rigidity() + sm.TrajectoryEnergy(np.eye(2)))
-    bounded = sm.affine_program(KEYS, constraints=[sm.Tolerance(linear=0.1, translation=0.1)])
+    objective = sm.Rigidity() + sm.TrajectoryEnergy(np.eye(2))
+    program = sm.affine_program(KEYS, objective=objective)
+    bounded = sm.affine_program(KEYS, objective=objective, constraints=[sm.Tolerance(linear=0.1, translation=0.1)])
     tasks = [Task("free", "all", 0, lambda: program), Task("bounded", "all", 1, lambda: bounded)]
     found = contend(tasks, [Contender("elimination", sm.Elimination())], Budget())
     assert [a.problem for a in found.attempts] == ["free"]
@@ -124,3 +127,43 @@ def test_solvers_in_processes_of_their_own_answer_or_are_told_why_not():
     assert all("not found" in a.said and a.certificate is None and not a.claimed for a in missing)
     slow = list(casadi_solvers.asked([name, "keyframes-34"], "ipopt", "ipopt", {}, 1e-3))
     assert [a.said for a in slow] == ["more than 0.001 s"] * 2
+
+
+def test_variants_are_counted_against_their_default():
+    result = variants.STUDY.run(StudyOptions())
+    rows = {r["solver"]: r for r in table(result, "variants")}
+    assert rows["newton"]["certified"] == rows["ipopt"]["certified"] == 100
+    assert rows["newton"]["problems"] == 3 > rows["elimination"]["problems"] == 2
+    assert rows["newton, shifted exact"]["problems"] == 2
+    assert rows["ipopt, L-BFGS"]["evaluations"] > 3 * rows["ipopt"]["evaluations"]
+    against = table(result, "against the default")
+    assert {r["variant"] for r in against} == {m for m in rows if "," in m}
+    assert all(r["only the variant"] + r["only the default"] <= r["problems"] for r in against)
+    warm = {r["way"]: r for r in table(result, "warm starts")}
+    assert warm["newton, warm"]["iterations"] < warm["newton"]["iterations"]
+    assert warm["ipopt, warm"]["iterations"] < warm["ipopt"]["iterations"]
+
+
+def test_condition_grows_with_the_degree_and_elimination_takes_some_of_it():
+    result = conditioning.STUDY.run(StudyOptions())
+    rows = {(r["objective"], r["degree"], r["system"]): r["condition"] for r in table(result, "condition")}
+    for objective in conditioning.OBJECTIVES:
+        explicit = [rows[objective, p, "explicit, rows of length one"] for p in conditioning.DEGREES]
+        eliminated = [rows[objective, p, "eliminated"] for p in conditioning.DEGREES]
+        assert explicit == sorted(explicit) and explicit[-1] > 50 * explicit[0]
+        assert all(1.5 < a / b < 10 for a, b in zip(explicit, eliminated, strict=True))
+    assert rows["R", 3, "explicit, as it is"] == pytest.approx(5.07e4, rel=0.01)
+    assert all(r["Δ multipliers, most"] < 1e-6 for r in table(result, "multipliers"))
+    regular = {r["family"]: r for r in table(result, "regularity")}
+    assert regular["degenerate"]["LICQ"] == 0 and regular["equalities"]["LICQ"] == 100
+    assert regular["all"]["second order"] == 100
+
+
+def test_casadis_solvers_are_judged_by_the_same_certificate(monkeypatch):
+    monkeypatch.setattr(casadi_solvers, "QUICK_PLUGINS", ("ipopt", "uno, filterSQP"))
+    result = casadi_solvers.STUDY.run(StudyOptions())
+    rows = {r["plugin"]: r for r in table(result, "plugins")}
+    assert rows["ipopt"]["to 1e-8"] == 100 and rows["ipopt"]["says solved and is not"] == 0
+    # A saddle point is what it calls solved.
+    assert rows["uno, filterSQP"]["says solved and is not"] == 1
+    assert [r["such as"] for r in table(result, "failures")] == ["keyframes-01"]
