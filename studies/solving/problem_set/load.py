@@ -86,7 +86,9 @@ class Problem:
         reach[reach == 0] = 1.0
         press = np.abs(multipliers) * reach
         pressing = equal | ((press / (press.max(initial=0.0) or 1.0) > slack / reach) & (multipliers != 0))
-        scaled = rows[pressing] / (np.linalg.norm(rows[pressing], axis=1, keepdims=True) + 1e-300)
+        lengths = np.linalg.norm(rows[pressing], axis=1, keepdims=True)
+        # A gradient that vanishes stays next to nothing.
+        scaled = rows[pressing] / np.maximum(lengths, MET * lengths.max(initial=0.0) or 1.0)
         _, sizes, basis = (
             np.linalg.svd(scaled, full_matrices=True) if pressing.any() else (0, np.ones(0), np.eye(len(x)))
         )
