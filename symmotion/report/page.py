@@ -140,6 +140,61 @@ def _processor() -> str | None:
 
 
 def _page(records: Sequence[StudyRecord], document: dict[str, Json], title: str, intro: str) -> str:
+    bodies = list(dict.fromkeys(player.body for r in records if r.result for player in r.result.players))
+    script = player_script() if bodies else ""
+    subjects = dict.fromkeys(record.subject for record in records)
+    return (
+        _templates(bodies)
+        .get_template("page.html.jinja")
+        .render(
+            groups=[(name.capitalize(), [r for r in records if r.subject == name]) for name in subjects],
+            tally=tally(records),
+            document=document,
+            title=title,
+            intro=intro,
+            bodies=_corners(bodies),
+            script=Markup(script),
+            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        )
+    )
+
+
+def player_elements(players: Sequence[Player]) -> tuple[list[str], str]:
+    """Players for a page of one's own: a figure each, and what the page needs once, after the last of them.
+
+    The figures show their still pictures until the second part, a style, the bodies and a script, is there. Colours are
+    those of the page, whose style may define --ink, --paper, --line, --wash, --link and the font --data. Nothing is
+    fetched. Names differ. Raises InputError where they do not.
+
+    >>> import symmotion as sm
+    >>> keys = sm.examples.planar_keyframes()
+    >>> moving = sm.report.player("spline", {"spline": sm.interpolants.component_cubic(keys)}, None, "A letter.", keys)
+    >>> figures, rest = sm.report.player_elements([moving])
+    >>> page = "<!doctype html><title>A letter</title>" + figures[0] + rest
+    """
+    require_distinct("players", (player.name for player in players))
+    bodies = list(dict.fromkeys(player.body for player in players))
+    templates = _templates(bodies)
+    macros = templates.get_template("study.html.jinja").module
+    figures = [str(macros.played(player)) for player in players]  # pyright: ignore[reportAttributeAccessIssue]
+    style = templates.get_template("player.css.jinja").render()
+    rest = (
+        f'<style>\n{style}</style>\n<script type="application/json" id="bodies">{_corners(bodies)}</script>\n'
+        f"<script>{player_script()}</script>\n"
+    )
+    return figures, rest
+
+
+def player_script() -> str:
+    """The one script that moves all players of a page."""
+    return _resource("scene.js") + _resource("player.js")
+
+
+def _corners(bodies: Sequence[Body]) -> Markup:
+    return _embedded([{"corners": body.vertices.tolist(), "faces": body.faces} for body in bodies])
+
+
+def _templates(bodies: Sequence[Body]) -> Environment:
     environment = Environment(
         loader=FunctionLoader(_resource),
         autoescape=True,
@@ -154,21 +209,9 @@ def _page(records: Sequence[StudyRecord], document: dict[str, Json], title: str,
         "small": small,
         "paragraphs": paragraphs,
         "trust": trust,
+        "moved": lambda player: _embedded(_moved(player, bodies)),
     }
-    bodies = list(dict.fromkeys(player.body for r in records if r.result for player in r.result.players))
-    environment.filters["moved"] = lambda player: _embedded(_moved(player, bodies))
-    script = _resource("scene.js") + _resource("player.js") if bodies else ""
-    subjects = dict.fromkeys(record.subject for record in records)
-    return environment.get_template("page.html.jinja").render(
-        groups=[(name.capitalize(), [r for r in records if r.subject == name]) for name in subjects],
-        tally=tally(records),
-        document=document,
-        title=title,
-        intro=intro,
-        bodies=_embedded([{"corners": body.vertices.tolist(), "faces": body.faces} for body in bodies]),
-        script=Markup(script),
-        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
-    )
+    return environment
 
 
 def _resource(name: str) -> str:
