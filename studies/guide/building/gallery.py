@@ -1,7 +1,73 @@
 """The gallery: pictures and players of studies, as they are made by the build."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
+
+from studies.__main__ import discover
+from studies.guide.building import pages as woven
+from symmotion.report import Player, Study, StudyOptions, StudyResult
+
+# Those that show something that moves or is seen, in their quick form, a few seconds each. By subject.
+SHOWN = {
+    "affine": ("two_keyframes", "planar_keyframes", "spatial_keyframes", "morphing"),
+    "quaternions": ("quaternion_curves", "boomerang", "keyframe_body"),
+    "curves": ("motion_curves", "curve_constraints"),
+    "fairing": ("fairing_spherical", "fairing_spatial", "tool_path"),
+    "recorded": ("recorded_pair",),
+    "sweeps": ("sweep", "sweep_surfaces"),
+}
+TITLES = {
+    "affine": "Affine motions",
+    "quaternions": "Orientations",
+    "curves": "Motion curves",
+    "fairing": "Fairing",
+    "recorded": "Recordings",
+    "sweeps": "Sweeps",
+}
+INTRODUCTION = """# Gallery
+
+What studies found, each one question with its answer, drawn while this guide was built. Press play; where a body moves in
+space, drag to turn the view. All studies, with tables, runs and their certificates, are in the report that
+`python -m studies` writes.
+
+"""
 
 
 def pages(progress: Callable[[str], None]) -> dict[str, str]:
-    return {}
+    """The pages of the gallery by name, in Markdown."""
+    found = {study.name: study for study in discover()}
+    links = "".join(f"- [{TITLES[s]}]({s}.md): {', '.join(_asked(found[n]) for n in names)}\n" for s, names in SHOWN.items())
+    tree = "\n```{toctree}\n:hidden:\n\n" + "\n".join(SHOWN) + "\n```\n"
+    made = {"gallery/index": INTRODUCTION + links + tree}
+    for subject, names in SHOWN.items():
+        results = []
+        for name in names:
+            progress(f"gallery/{name}")
+            results.append((found[name], found[name].run(StudyOptions())))
+        made[f"gallery/{subject}"] = _page(TITLES[subject], results)
+    return made
+
+
+def _asked(study: Study) -> str:
+    return _plain(study.question[:1].lower() + study.question[1:].rstrip("?"))
+
+
+def _page(title: str, results: Sequence[tuple[Study, StudyResult]]) -> str:
+    players: list[Player] = [player for _, result in results for player in result.players]
+    elements, rest = woven.stage(players) if players else ([], "")
+    drawn = iter(elements)
+    parts = [f"# {title}\n"]
+    for study, result in results:
+        parts.append(f"\n## {_plain(study.question)}\n\n{_plain(result.answer)}\n")
+        parts += [next(drawn) for _ in result.players]
+        if not result.players:
+            parts += [woven.picture(figure) for figure in result.figures[:1]]
+        parts.append(f"\n{_plain(result.conclusion)}\n" if result.conclusion != result.answer else "")
+        source = f" After {_plain(study.source)}." if study.source else ""
+        parts.append(f"\n`python -m studies {study.name}`{'.' if source else ''}{source}\n")
+    return "".join(parts) + rest
+
+
+def _plain(text: str) -> str:
+    """Text in which Markdown finds nothing."""
+    return re.sub(r"([\\`*_\[\]<>$|#{}])", r"\\\1", text)
