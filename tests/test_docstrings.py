@@ -2,9 +2,6 @@
 
 import doctest
 import inspect
-import re
-import tempfile
-from pathlib import Path
 
 import numpy as np
 import pytest

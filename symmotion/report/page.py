@@ -39,6 +39,11 @@ def write_report(
     """Write index.html, report.json and figures/ into a directory, made where it is missing; returns the page's path.
 
     intro: plain text, blank lines between paragraphs. Raises InputError where it cannot write.
+
+    >>> from symmotion.report import StudyRecord, StudyResult
+    >>> record = StudyRecord("mine", "Is it so?", "", 0.1, StudyResult(conclusion="It is."))
+    >>> sm.report.write_report([record], "report").name
+    'index.html'
     """
     directory = Path(directory)
     require_distinct("studies", (record.name for record in records))
@@ -54,7 +59,11 @@ def write_report(
 
 
 def require_writable(directory: Path) -> None:
-    """Raise InputError unless a report can be written into a directory; makes it where it is missing."""
+    """Raise InputError unless a report can be written into a directory; makes it where it is missing.
+
+    >>> from pathlib import Path
+    >>> sm.report.require_writable(Path("report"))
+    """
     try:
         for folder in (directory, directory / "figures"):
             folder.mkdir(parents=True, exist_ok=True)
@@ -256,7 +265,12 @@ def paragraphs(text: str) -> list[str]:
 
 
 def inline(figure: Figure, prefix: str) -> Markup:
-    """A figure as an element of the page: labelled, its ids kept apart from those of other figures by a prefix."""
+    """A figure as an element of the page: labelled, its ids kept apart from those of other figures by a prefix.
+
+    >>> figure = sm.report.Figure("dot", "<svg xmlns='http://www.w3.org/2000/svg'/>", "A dot.")
+    >>> print(sm.report.inline(figure, "page"))
+    <svg id="page-dot" role="img" aria-label="A dot." xmlns='http://www.w3.org/2000/svg'/>
+    """
     return as_element(figure.svg, figure.alt or figure.caption, f"{prefix}-{figure.name}")
 
 

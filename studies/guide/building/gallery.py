@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from studies.__main__ import discover
 from studies.guide.building import pages as woven
@@ -13,7 +14,7 @@ SHOWN = {
     "quaternions": ("quaternion_curves", "boomerang", "keyframe_body"),
     "curves": ("motion_curves", "curve_constraints"),
     "fairing": ("fairing_spherical", "fairing_spatial", "tool_path"),
-    "recorded": ("recorded_pair",),
+    "recorded": ("recorded_poses", "plates"),
     "sweeps": ("sweep", "sweep_surfaces"),
 }
 TITLES = {
@@ -26,8 +27,8 @@ TITLES = {
 }
 INTRODUCTION = """# Gallery
 
-What studies found, each one question with its answer, drawn while this guide was built. Press play; where a body moves in
-space, drag to turn the view. All studies, with tables, runs and their certificates, are in the report that
+What studies found, each one question with its answer, drawn while this guide was built. Press play; where a body moves
+in space, drag to turn the view. All studies, with tables, runs and their certificates, are in the report that
 `python -m studies` writes.
 
 """
@@ -36,20 +37,22 @@ space, drag to turn the view. All studies, with tables, runs and their certifica
 def pages(progress: Callable[[str], None]) -> dict[str, str]:
     """The pages of the gallery by name, in Markdown."""
     found = {study.name: study for study in discover()}
-    links = "".join(f"- [{TITLES[s]}]({s}.md): {', '.join(_asked(found[n]) for n in names)}\n" for s, names in SHOWN.items())
+    links = "".join(
+        f"- [{TITLES[subject]}]({subject}.md)\n" + "".join(f"  - {_plain(found[name].question)}\n" for name in names)
+        for subject, names in SHOWN.items()
+    )
     tree = "\n```{toctree}\n:hidden:\n\n" + "\n".join(SHOWN) + "\n```\n"
     made = {"gallery/index": INTRODUCTION + links + tree}
     for subject, names in SHOWN.items():
         results = []
         for name in names:
             progress(f"gallery/{name}")
-            results.append((found[name], found[name].run(StudyOptions())))
+            result = found[name].run(StudyOptions())
+            # Players of a page have names of their own.
+            players = tuple(replace(player, name=f"{name}-{player.name}") for player in result.players)
+            results.append((found[name], replace(result, players=players)))
         made[f"gallery/{subject}"] = _page(TITLES[subject], results)
     return made
-
-
-def _asked(study: Study) -> str:
-    return _plain(study.question[:1].lower() + study.question[1:].rstrip("?"))
 
 
 def _page(title: str, results: Sequence[tuple[Study, StudyResult]]) -> str:

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from typing import Any
 
 import symmotion as sm
 
@@ -29,7 +30,7 @@ class Entry:
 
     @property
     def kind(self) -> str:
-        if inspect.isclass(self.thing):
+        if inspect.isclass(self.thing) and self.thing is not Any:
             return "class"
         return "function" if inspect.isroutine(self.thing) else "data"
 
@@ -58,7 +59,7 @@ def entries() -> tuple[Entry, ...]:
         for name in module.__all__:  # pyright: ignore[reportAttributeAccessIssue]
             thing = getattr(module, name)
             # Numbers and texts are shared by Python: each name is one of its own.
-            plain = not (inspect.isclass(thing) or inspect.isroutine(thing))
+            plain = thing is Any or not (inspect.isclass(thing) or inspect.isroutine(thing))
             if inspect.ismodule(thing) or (not plain and id(thing) in seen):
                 continue
             seen.add(id(thing))

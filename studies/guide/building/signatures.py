@@ -3,6 +3,7 @@
 import ast
 import dataclasses
 import inspect
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -25,10 +26,8 @@ def signature(thing: object) -> str | None:
 def parameters(thing: object) -> tuple[str, ...]:
     """The names that its docstring may tell of: parameters, and of a class its fields and properties too."""
     names: list[str] = []
-    try:
+    with suppress(TypeError, ValueError):
         names += inspect.signature(thing).parameters  # pyright: ignore[reportArgumentType]
-    except (TypeError, ValueError):
-        pass
     if inspect.isclass(thing):
         names += [name for kind in thing.__mro__ for name in getattr(kind, "__annotations__", {})]
         names += [name for name in dir(thing) if not name.startswith("_")]

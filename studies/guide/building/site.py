@@ -60,9 +60,7 @@ def build(output: Path, progress: Callable[[str], None]) -> int:
         (sources / "conf.py").write_text("".join(f"{key} = {value!r}\n" for key, value in SETTINGS.items()))
         progress("Sphinx")
         with patch_docutils(), docutils_namespace():
-            app = Sphinx(
-                sources, sources, output, work, "html", status=None, warningiserror=True, freshenv=True
-            )
+            app = Sphinx(sources, sources, output, work, "html", status=None, warningiserror=True, freshenv=True)
             app.build(force_all=True)
     shutil.rmtree(output / ".doctrees", ignore_errors=True)
     return app.statuscode
