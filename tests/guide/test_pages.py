@@ -1,10 +1,12 @@
 """The guide: every block of every page runs, every formula has its line, every name is in the reference."""
 
+import inspect
 import re
 from pathlib import Path
 
 import pytest
 
+import symmotion as sm
 from studies.guide.building import reference
 from studies.guide.building.formulas import ROOT, lines_of
 from studies.guide.building.pages import linked, source, sources
@@ -64,3 +66,43 @@ def test_a_name_that_is_not_in_the_reference_fails():
     with pytest.raises(LookupError, match=r"`sm\.nothing` is not in the reference"):
         linked("see `sm.nothing(1)`", frozenset(reference.known()))
     assert "<symmotion.fairing.fair>" not in linked("```python\n`sm.fair`\n```", frozenset(reference.known()))
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_formulas_are_mathml(name):
+    latex = pytest.importorskip("docutils.utils.math.latex2mathml")
+    text = re.sub(r"^```(?!\{formula).*?^```$", "", source(name), flags=re.MULTILINE | re.DOTALL)
+    formulas = re.findall(r"^```\{formula\} \S+\n(?::.*\n)+(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"`[^`]*`", "", re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL))
+    for formula in [*formulas, *re.findall(r"\$\$?([^$]+)\$\$?", text)]:
+        assert latex.tex2mathml(formula).startswith("<math"), formula
+
+
+def test_the_gallery_shows_studies_that_there_are():
+    from studies.__main__ import discover
+    from studies.guide.building.gallery import SHOWN, TITLES
+
+    found = {study.name: study.subject for study in discover()}
+    assert all(found[name] == subject for subject, names in SHOWN.items() for name in names)
+    assert list(TITLES) == list(SHOWN)
+
+
+def test_the_table_of_the_grammar_is_that_of_the_signatures():
+    text = source("explanation/conventions")
+    table = text[text.index("## One grammar") :].split("\n\n")[2].splitlines()
+    kinds = [cell.strip() for cell in table[0].split("|")[2:-1]]
+    assert kinds == ["affine", "fit", "free_times", "orientation", "pose", "curve"]
+    orders = set()
+    for kind in kinds:
+        shown = {}
+        for line in table[2:]:
+            first, *cells = (cell.strip() for cell in line.split("|")[1:-1])
+            for name in re.findall(r"`(\w+)`", first):
+                shown[name] = cells[kinds.index(kind)]
+        found = inspect.signature(inspect.unwrap(getattr(sm, f"{kind}_program"))).parameters
+        orders.add(tuple(name for name in found if name in shown and name != "refine"))
+        for name, cell in shown.items():
+            assert (name in found) == (cell != "–"), (kind, name)
+            if cell not in ("yes", "–"):
+                assert str(found[name].default) == cell, (kind, name)
+    assert len(orders) == 1

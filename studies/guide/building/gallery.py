@@ -10,18 +10,16 @@ from symmotion.report import Player, Study, StudyOptions, StudyResult
 
 # Those that show something that moves or is seen, in their quick form, a few seconds each. By subject.
 SHOWN = {
-    "affine": ("two_keyframes", "planar_keyframes", "spatial_keyframes", "morphing"),
-    "quaternions": ("quaternion_curves", "boomerang", "keyframe_body"),
-    "curves": ("motion_curves", "curve_constraints"),
-    "fairing": ("fairing_spherical", "fairing_spatial", "tool_path"),
-    "recorded": ("recorded_poses", "plates"),
-    "sweeps": ("sweep", "sweep_surfaces"),
+    "affine": ("planar_keyframes", "spatial_keyframes", "morphing", "keyframe_prices"),
+    "quaternions": ("boomerang", "quaternion_curves", "keyframe_body"),
+    "curves": ("curve_constraints",),
+    "recorded": ("recorded_poses",),
+    "sweeps": ("sweep",),
 }
 TITLES = {
     "affine": "Affine motions",
     "quaternions": "Orientations",
     "curves": "Motion curves",
-    "fairing": "Fairing",
     "recorded": "Recordings",
     "sweeps": "Sweeps",
 }
@@ -29,7 +27,7 @@ INTRODUCTION = """# Gallery
 
 What studies found, each one question with its answer, drawn while this guide was built. Press play; where a body moves
 in space, drag to turn the view. All studies, with tables, runs and their certificates, are in the report that
-`python -m studies` writes.
+`python -m studies` writes. Nets before and after fairing are in the tutorial on [tool paths](../tutorials/toolpath.md).
 
 """
 

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 import symmotion as sm
@@ -45,7 +46,7 @@ class Entry:
         return " ".join(text.split("\n\n")[0].split())
 
 
-def package(group: str) -> object:
+def package(group: str) -> ModuleType:
     return import_module(".".join(("symmotion", *filter(None, [PACKAGES.get(group, group)]))))
 
 
@@ -56,7 +57,7 @@ def entries() -> tuple[Entry, ...]:
     seen: set[int] = set()
     for group in [g for members in GROUPS.values() for g in members] + [""]:
         module = package(group)
-        for name in module.__all__:  # pyright: ignore[reportAttributeAccessIssue]
+        for name in module.__all__:
             thing = getattr(module, name)
             # Numbers and texts are shared by Python: each name is one of its own.
             plain = thing is Any or not (inspect.isclass(thing) or inspect.isroutine(thing))
@@ -76,7 +77,7 @@ def known() -> dict[str, str]:
         module = package(group)
         if group:
             found[group] = f"symmotion.{group}"
-        for name in module.__all__:  # pyright: ignore[reportAttributeAccessIssue]
+        for name in module.__all__:
             thing = getattr(module, name)
             if inspect.ismodule(thing):
                 continue
@@ -127,7 +128,7 @@ def _top() -> str:
     targets = known()
     rows, own = [], []
     homes = {e.path: e for e in entries()}
-    for name in sm.__all__:
+    for name in package("").__all__:
         if inspect.ismodule(thing := getattr(sm, name)):
             continue
         entry = homes[targets[name]]
@@ -141,7 +142,7 @@ def _top() -> str:
 def _group(group: str) -> str:
     module = package(group)
     members = [e for e in entries() if e.group == group]
-    heading = f"sm.{group}" if group in sm.__all__ else f"symmotion.{group}"
+    heading = f"sm.{group}" if group in package("").__all__ else f"symmotion.{group}"
     lines = [*_title(heading), *converted(inspect.getdoc(module) or "", ()), ""]
     lines += [f".. py:module:: symmotion.{group}", ""]
     lines += _table([_row(e.name, e.path, e.sentence, e.kind == "data") for e in members])

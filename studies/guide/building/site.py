@@ -3,21 +3,21 @@
 import shutil
 import tempfile
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 
 from sphinx.application import Sphinx
 from sphinx.util.docutils import docutils_namespace, patch_docutils
 
 from studies.guide.building import gallery, pages, reference
-from symmotion.version import __version__
 
 HERE = Path(__file__).parent
 SETTINGS = {
     "project": "symmotion",
     "author": "The symmotion developers",
     "copyright": "the symmotion developers, BSD-3-Clause",
-    "version": __version__,
-    "release": __version__,
+    "version": version("symmotion"),
+    "release": version("symmotion"),
     "extensions": [
         "myst_parser",
         "sphinx.ext.autodoc",
