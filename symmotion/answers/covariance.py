@@ -13,6 +13,7 @@ from symmotion.motions import Affine, Keyframes
 from symmotion.motions.rigid import polar_factors
 from symmotion.pictures import plot_band
 from symmotion.solvers import Solution
+from symmotion.values import read_only
 
 # Numbers of a batch of gradients by the samples.
 BATCH = 4_000_000
@@ -133,7 +134,7 @@ def fit_covariance(solution: Solution, noise: tuple[float, float] | ArrayLike | 
             f"noise of shape {values.shape}: standard deviations of places and turns (2,), or finite covariances "
             f"{checks.shown((width, width))} or {checks.shown((m, width, width))}, are needed"
         )
-    return FitCovariance(solution, checks.read_only(np.broadcast_to(values, (m, width, width)).copy()), None)
+    return FitCovariance(solution, read_only(np.broadcast_to(values, (m, width, width)).copy()), None)
 
 
 def noise_of(solution: Solution) -> tuple[float, float]:
@@ -214,4 +215,4 @@ def _of_sizes(samples: Keyframes, place: float, turn: float) -> np.ndarray:
     found = np.zeros((m, d * d + d, d * d + d))
     found[:, : d * d, : d * d] = turn**2 * np.swapaxes(spun, 1, 2) @ spun
     found[:, d * d :, d * d :] = place**2 * np.eye(d)
-    return checks.read_only(found)
+    return read_only(found)

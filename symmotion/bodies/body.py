@@ -11,7 +11,7 @@ from symmotion import checks
 from symmotion.bodies.shapes import FRONT, Up, letter
 from symmotion.bodies.triangles import triangulated
 from symmotion.errors import InputError
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 
 class Meshed(Protocol):
@@ -66,11 +66,11 @@ class Body:
         vertices = checks.numbers(self.vertices, "body vertices")
         if vertices.ndim != 2 or vertices.shape[1] not in (2, 3) or not np.isfinite(vertices).all():
             raise InputError(f"body vertices of shape {vertices.shape}: finite, shape (V, 2) or (V, 3), are needed")
-        object.__setattr__(self, "vertices", checks.read_only(vertices))
+        object.__setattr__(self, "vertices", read_only(vertices))
         object.__setattr__(self, "faces", _checked(self.faces, len(vertices)))
         if self.colours is not None:
             colours = checks.array(self.colours, (len(vertices), 3), "body colours")
-            object.__setattr__(self, "colours", checks.read_only(colours))
+            object.__setattr__(self, "colours", read_only(colours))
 
     @staticmethod
     def of(shape: "Shape | None" = None, dimension: int | None = None, *, size: float = 1.0, up: Up = "z") -> "Body":

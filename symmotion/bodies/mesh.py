@@ -7,6 +7,7 @@ import numpy as np
 
 from symmotion.checks import numbers
 from symmotion.errors import InputError
+from symmotion.values import read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +44,7 @@ class Mesh:
         if repeated.any():
             raise InputError(f"triangle {int(np.argmax(repeated))} has a vertex twice")
         for name, value in (("vertices", vertices), ("triangles", triangles.astype(np.intp))):
-            value.flags.writeable = False
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, read_only(value))
 
     def __repr__(self) -> str:
         state = "closed" if self.closed else f"{len(self.boundary_edges)} boundary edges"

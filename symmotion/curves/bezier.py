@@ -5,11 +5,11 @@ from math import comb
 
 import numpy as np
 
-from symmotion.checks import numbers, read_only, whole
+from symmotion.checks import numbers, whole
 from symmotion.errors import InputError
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 
 def bernstein(degree: int, u, nu: int = 0) -> np.ndarray:

@@ -10,6 +10,7 @@ from symmotion import checks
 from symmotion.energies.energy import Energy
 from symmotion.jets import Jet, RigidJet
 from symmotion.jets.inertia import as_inertia
+from symmotion.values import read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +39,7 @@ class Torque(Energy):
         if self.gauss_nodes is not None:
             checks.whole(self.gauss_nodes, 1, "Gauss nodes")
         if self.inertia is not None:
-            object.__setattr__(self, "inertia", checks.read_only(as_inertia(self.inertia)))
+            object.__setattr__(self, "inertia", read_only(as_inertia(self.inertia)))
 
     @property
     def name(self) -> str:

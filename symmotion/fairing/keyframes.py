@@ -15,7 +15,7 @@ from symmotion.motions.dual import DualQuaternions, as_quaternion
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions import conjugate, product
 from symmotion.splines import BSplineBasis
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 Hold = Literal["displacement", "rotation"]
 At: TypeAlias = float | Sequence[float]
@@ -73,7 +73,7 @@ class NetPlace:
     def __post_init__(self):
         for name in ("point", "place"):
             given = checks.array(getattr(self, name), (3,), f"{name} of a keyframe").copy()
-            object.__setattr__(self, name, checks.read_only(given))
+            object.__setattr__(self, name, read_only(given))
 
 
 Asked: TypeAlias = NetKeyframe | NetPlace | tuple[At, Affine | DualQuaternions]

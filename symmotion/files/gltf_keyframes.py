@@ -10,7 +10,6 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import read_only
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_channels import LEAST_NORM, Channel, channel_of, merged_keys, put_on, require_turns, unit
@@ -31,6 +30,7 @@ from symmotion.files.gltf_skins import bound_corners, own_skin
 from symmotion.files.recording import Recording
 from symmotion.motions import Keyframes
 from symmotion.motions.quaternions.algebra import rotate
+from symmotion.values import read_only
 
 AT_REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
 PART = 2**12  # keys at which a node is placed at once, and nodes that are

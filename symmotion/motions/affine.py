@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only
+from symmotion.checks import numbers
 from symmotion.errors import InputError
 from symmotion.motions.motion import matrix, trajectory
 from symmotion.motions.position import Affine
 from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 
 @value

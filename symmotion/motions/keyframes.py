@@ -14,7 +14,7 @@ from symmotion.motions.position import Affine, in_line
 from symmotion.motions.rotations import as_quaternions, as_rotations, to_rotation
 from symmotion.pictures import as_html, plot_keyframes
 from symmotion.splines import check_times
-from symmotion.values import content, same, value
+from symmotion.values import content, read_only, same, value
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform, Rotation
@@ -82,7 +82,7 @@ class Keyframes:
         if len(times) != len(linear):
             raise InputError(f"{len(times)} times for {len(linear)} linear parts: one of each per keyframe is needed")
         for name, array in (("times", times), ("linear", linear), ("translation", translation)):
-            object.__setattr__(self, name, checks.read_only(array))
+            object.__setattr__(self, name, read_only(array))
 
     @staticmethod
     def of(

@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only
+from symmotion.checks import numbers
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.motion import Moving
 from symmotion.pictures import as_html, plot_deviations
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 # Smallest over largest singular value: below it the polar factor is rounding.
 SINGULAR = 1e-12

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from symmotion.checks import floats, number, numbers, read_only, whole
+from symmotion.checks import floats, number, numbers, whole
 from symmotion.errors import InputError
 from symmotion.splines.instants import inside, require_steps, rounding_in, same_times, unified
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 MOST_DEGREE = 1000
 

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
-from symmotion.checks import numbers, read_only, whole
+from symmotion.checks import numbers, whole
 from symmotion.errors import InputError
 from symmotion.saving import save
 from symmotion.splines.basis import BSplineBasis
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline

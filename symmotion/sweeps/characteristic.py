@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import floats, numbers, read_only
+from symmotion.checks import floats, numbers
 from symmotion.errors import InputError
 from symmotion.sweeps.ellipsoid import MovingEllipsoid, SurfaceSpeed
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 # Halvings of the step between meridians where a loop turns back.
 HALVINGS = 16

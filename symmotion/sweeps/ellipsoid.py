@@ -5,14 +5,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import floats, numbers, read_only
+from symmotion.checks import floats, numbers
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.motions.motion import Moving
 from symmotion.motions.position import Affine
 from symmotion.splines import Spline
 from symmotion.splines.continuity import first_jump
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 # Smallest over largest semi-axis: below it the ellipsoid counts as flat.
 FLAT = 1e-9

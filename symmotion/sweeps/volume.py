@@ -6,11 +6,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from symmotion.bodies.mesh import Mesh, compact
-from symmotion.checks import choice, numbers, read_only, whole
+from symmotion.checks import choice, numbers, whole
 from symmotion.sweeps.characteristic import surface_speed_range
 from symmotion.sweeps.ellipsoid import MovingEllipsoid
 from symmotion.sweeps.marching import cubes, isosurface, prisms, sphere
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 METHODS = ("envelope", "implicit")
 # Crossings keep this share of an edge away from its ends, so that no triangle degenerates. The envelope's points are

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy import linalg as la
 
 from symmotion.brief import in_a_line
-from symmotion.checks import choice, numbers, read_only
+from symmotion.checks import choice, numbers
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.motions.keyframes import Keyframes
@@ -27,7 +27,7 @@ from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
 from symmotion.splines.instants import inside
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RotationSpline

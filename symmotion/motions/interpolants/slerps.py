@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.brief import in_a_line
-from symmotion.checks import floats, numbers, read_only, whole
+from symmotion.checks import floats, numbers, whole
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.motion import as_points
@@ -20,7 +20,7 @@ from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import check_times
 from symmotion.splines.instants import inside
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations

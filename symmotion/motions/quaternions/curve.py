@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import choice, numbers, read_only
+from symmotion.checks import choice, numbers
 from symmotion.curves.bezier import check_domain
 from symmotion.errors import InputError
 from symmotion.motions.motion import as_points
@@ -30,7 +30,7 @@ from symmotion.motions.quaternions.jets import evaluate
 from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

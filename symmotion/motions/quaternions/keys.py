@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only
+from symmotion.checks import numbers
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes, require_no_path
 from symmotion.motions.quaternions.algebra import (
@@ -19,7 +19,7 @@ from symmotion.motions.quaternions.algebra import (
     short_log,
 )
 from symmotion.splines import check_times
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
