@@ -43,7 +43,7 @@ def test_a_parabola_is_the_same_explicitly_implicitly_and_as_a_curve():
 @pytest.mark.parametrize(("weight", "kind"), [(0.5, -1), (1.0, 0), (2.0, 1)])
 def test_the_weight_of_a_conic_tells_ellipse_parabola_and_hyperbola(weight, kind):
     """The sign of B² − 4AC of the implicit form A x² + B xy + C y² + D x + E y + F = 0 through points of the arc."""
-    x, y = sm.curves.RationalQuadratic([[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]], weight)(T).T
+    x, y = sm.curves.RationalQuadratic(np.array([[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]]), weight)(T).T
     rows = np.stack([x * x, x * y, y * y, x, y, np.ones_like(x)], axis=1)
     a, b, c, *_ = np.linalg.svd(rows)[2][-1]
     discriminant = b * b - 4 * a * c

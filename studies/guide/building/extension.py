@@ -91,8 +91,8 @@ def _docstring(app: Sphinx, what: str, name: str, thing: Any, options: Any, line
 def _signature(app: Sphinx, what: str, name: str, thing: Any, *_: Any) -> tuple[str, str] | None:
     if what == "property" or (found := signatures.signature(thing)) is None:
         return None
-    arguments, _, returned = found.partition(") -> ")
-    return (f"{arguments}){''}" if returned else found, returned)
+    arguments, arrow, returned = found.partition(") -> ")
+    return (f"{arguments})" if arrow else found), returned
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -140,9 +140,13 @@ def _run(block: Block, namespace: dict[str, Any], where: str, label: str) -> Sho
 def _python(code: str, namespace: dict[str, Any], where: str) -> object:
     """Run code, and return the value of its last line where that is an expression."""
     tree = ast.parse(code, where)
-    last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
+    last = tree.body[-1] if tree.body else None
+    if not isinstance(last, ast.Expr):
+        exec(compile(tree, where, "exec"), namespace)
+        return None
+    tree.body.pop()
     exec(compile(tree, where, "exec"), namespace)
-    return eval(compile(ast.Expression(last.value), where, "eval"), namespace) if last else None
+    return eval(compile(ast.Expression(last.value), where, "eval"), namespace)
 
 
 def _commands(code: str) -> None:
@@ -173,7 +177,7 @@ def _show(value: object, shown: Shown, caption: str, label: str) -> None:
             shown.pictures.append(value)
         case Canvas() | Axes():
             drawn = value if isinstance(value, Canvas) else value.figure
-            if drawn not in canvases:
+            if isinstance(drawn, Canvas) and drawn not in canvases:
                 canvases.append(drawn)
         case None:
             pass

@@ -15,7 +15,7 @@ def signature(thing: object) -> str | None:
     tree = _node(thing)
     if isinstance(tree, ast.FunctionDef):
         return _of_function(tree)
-    if isinstance(tree, ast.ClassDef) and dataclasses.is_dataclass(thing):
+    if isinstance(tree, ast.ClassDef) and isinstance(thing, type) and dataclasses.is_dataclass(thing):
         return f"({', '.join(_fields(thing))})"
     if isinstance(tree, ast.ClassDef):
         made = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "__init__"]
