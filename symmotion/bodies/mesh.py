@@ -16,6 +16,11 @@ class Mesh:
 
     vertices: (V, 3), finite; triangles: (F, 3) three different vertices each, F ≥ 1. Raises
     InputError that names the vertex or the triangle at fault.
+
+    >>> triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> corner = sm.bodies.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], triangles)
+    >>> round(corner.volume, 6)
+    0.166667
     """
 
     vertices: np.ndarray

@@ -36,6 +36,14 @@ class MotionConstraint(ABC):
     """A condition on a motion. A subclass states it as a `JetConstraint` once it knows the program it joins.
 
     It is a dataclass with a `name`; arrays in its fields are copied, and refuse writes.
+
+    >>> class Above(sm.constraints.MotionConstraint):
+    ...     name = "above"
+    ...
+    ...     def stated(self, setting):
+    ...         return sm.JetConstraint(lambda jet: jet.v[-1], lower=-5.0, upper=np.inf, name=self.name)
+    >>> sm.excess(sm.interpolants.component_cubic(sm.examples.planar_keyframes()), Above()).value
+    0.0
     """
 
     name: str
@@ -114,6 +122,13 @@ class JetConstraint(MotionConstraint):
     optimum changes by −λ with the bound that is active.
 
         JetConstraint(lambda jet: jet.place([0.1, 0.0, 0.0])[2], upper=np.inf, name="floor")
+
+    >>> keys = sm.examples.spatial_keyframes()
+    >>> objective = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(np.eye(3))
+    >>> rest = sm.JetConstraint(lambda jet: jet.dv, at=0.0, name="at rest")
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(keys, objective=objective, constraints=[rest])).require()
+    >>> solution.multipliers["at rest"].shape
+    (3,)
     """
 
     function: Callable[..., Any]  # a function of the user's own: CasADi expressions, or what converts to one

@@ -21,6 +21,10 @@ class Rigidity(Energy):
     order: k. test_vectors: (d, T), columns q_i that span the space, the unit vectors when left
     out; weights: (T, T) symmetric, not negative, ones when left out. R has the unit
     length⁴/time for k = 1 and length⁴/time³ for k = 2.
+
+    >>> linear = sm.interpolants.component_cubic(sm.examples.quarter_turn())
+    >>> round(sm.measure(linear, sm.Rigidity(2)), 6)
+    32.0
     """
 
     order: int = 1
@@ -89,6 +93,10 @@ class TrajectoryEnergy(Energy):
 
     points: (P, d) body points p_i; masses: (P,) positive, ones when left out. Unit:
     mass · length²/time³.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> round(sm.measure(motion, sm.TrajectoryEnergy(np.zeros((1, 2)))), 3)
+    567.198
     """
 
     points: np.ndarray

@@ -24,6 +24,12 @@ class Torque(Energy):
         need.
 
         Torque((1.0, 2.0, 2.5)) + 0.1 * TrajectoryEnergy([[0.3, 0.0, 0.0]])
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> curve = sm.quaternions.interpolate_quaternions(keys)
+    >>> least = sm.ExactNewton().solve(sm.orientation_program(keys, objective=sm.Torque((1.0, 2.0, 2.5)))).require()
+    >>> least.objective < sm.measure(curve, sm.Torque((1.0, 2.0, 2.5)))
+    True
     """
 
     inertia: ArrayLike | None = None

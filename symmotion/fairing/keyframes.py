@@ -35,6 +35,12 @@ class NetKeyframe:
     at: the parameters. displacement: one `DualQuaternions` or `Affine`. weight: None for D(u, v) ∝ D*, 7 equations
     of the 8 coordinates, 3 of 4 where the motion is spherical; w > 0 for D(u, v) = w D*, with Q* of length 1.
     hold: "displacement", or "rotation": of the real part alone.
+
+    >>> net = sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1)
+    >>> there = net(5.0, 5.0)
+    >>> kept = sm.fair(net, "least-squares", keyframes=[((5.0, 5.0), there)])
+    >>> bool(np.allclose(kept.motion(5.0, 5.0).linear, there.linear))
+    True
     """
 
     at: At
@@ -50,6 +56,12 @@ class NetPlace:
     """A body point p (3,) that is at x (3,) at (u, v): x Q = p turned by Q + 2 Q⁰ as quaternions, x Q − Q p = 2 Q⁰.
 
     Four equations: the fourth is Q · Q⁰ = 0 there, where the dual part moves together with the real one.
+
+    >>> net = sm.motions.noisy_net(sm.motions.smooth_net(7, spatial=True), 0.01, seed=1)
+    >>> place = net.trajectory([0.0, 0.0, 0.0], 5.0, 5.0)[0]
+    >>> kept = sm.fair(net, "least-squares", keyframes=[sm.fairing.NetPlace((5.0, 5.0), np.zeros(3), place)])
+    >>> bool(np.allclose(kept.motion.trajectory([0.0, 0.0, 0.0], 5.0, 5.0)[0], place))
+    True
     """
 
     at: At

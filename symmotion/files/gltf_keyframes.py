@@ -55,6 +55,13 @@ def read_gltf_keyframes(
 
     Read are embedded buffers and files in the same directory or below; not: data of animations under compression.
     Raises InputError that names the file and the entry or byte at fault.
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> turning = sm.quaternions.interpolate_quaternions(keys)
+    >>> path = sm.splines.cubic_interpolant(keys.times, keys.translation)
+    >>> written = sm.files.write_gltf(sm.motions.PoseMotion(turning, path), "poses.glb")
+    >>> sm.files.read_gltf_keyframes("poses.glb", node="body").dimension
+    3
     """
     return read_gltf(path, node=node, animation=animation, times=times).keyframes
 

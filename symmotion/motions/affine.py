@@ -22,6 +22,12 @@ class AffineMotion:
 
     basis: the B-splines N_j; linear: (n, d, d) control matrices A_j; translation: (n, d)
     control points v_j, zero when left out.
+
+    >>> basis = sm.splines.BSplineBasis.clamped([0.0, 1.0], 1)
+    >>> motion = sm.AffineMotion(basis, [np.eye(2), 2 * np.eye(2)])
+    >>> motion(0.5).linear
+    array([[1.5, 0. ],
+           [0. , 1.5]])
     """
 
     basis: BSplineBasis

@@ -31,6 +31,11 @@ class DualQuaternions:
     Q · Q⁰ = 0 need not hold.
 
     Raises InputError for other shapes and names the first entry that is zero or not finite.
+
+    >>> from scipy.spatial.transform import Rotation
+    >>> quarter = sm.motions.DualQuaternions.from_rotations(Rotation.from_euler("z", 90, degrees=True), [1, 0, 0])
+    >>> quarter.translation
+    array([1., 0., 0.])
     """
 
     real: np.ndarray

@@ -31,6 +31,9 @@ class Elimination:
     gradually), each stage starting from the optimum of the one before; None for all at once.
     tolerance: of the certificate, see `Certificate.holds`. max_iterations: of a stage.
     time_limit, callback: as ExactNewton's.
+
+    >>> sm.Elimination(damping=0.8).solve(sm.affine_program(sm.examples.planar_keyframes())).require().method
+    'elimination'
     """
 
     tolerance: float = 1e-8

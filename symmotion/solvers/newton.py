@@ -76,6 +76,10 @@ class ExactNewton:
         processors, four at most, when left out. Neither changes a bit of the result.
     time_limit: wall-clock seconds for a solve, looked at before every step; None for no limit.
     callback: called with every `Iteration` of the log; where it returns True the solve stops.
+
+    >>> solution = sm.ExactNewton(tolerance=1e-10).solve(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> solution.status.value, solution.inertia
+    ('solved', 'positive')
     """
 
     tolerance: float = 1e-8

@@ -47,6 +47,10 @@ class MovingEllipsoid:
     B = A E and w = v + A c the ellipsoid at time t is {w + B s : |s| ≤ 1}.
 
     Raises InputError for a motion in the plane and for a shape that is flat or not finite.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> sm.sweeps.MovingEllipsoid(motion, [1.0, 0.7, 0.5]).points(np.array([1.0, 0.0, 0.0]), 0.0).shape
+    (3,)
     """
 
     motion: Moving

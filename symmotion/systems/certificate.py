@@ -53,6 +53,10 @@ class Certificate:
         other, which leaves multipliers open.
     quadrature: by how much the objective may miss the integrals that its terms stand for; unresolved: what is said of
         the terms of which that leaves no digit. They fail the certificate.
+
+    >>> certificate = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).certificate
+    >>> certificate.holds(1e-8), certificate.inertia
+    (True, 'positive')
     """
 
     objective: float
@@ -166,14 +170,25 @@ NOWHERE = Certificate(NAN, NAN, NAN, NAN, NAN, "unknown", mismatch=np.inf)
 
 
 def system_of(program: Program, evaluator: Evaluator, x: np.ndarray) -> AnySystem:
-    """The saddle system that suits the structure of a program with linear equalities: condensed, else sparse."""
+    """The saddle system that suits the structure of a program with linear equalities: condensed, else sparse.
+
+    >>> from symmotion.program import Evaluator
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> sm.systems.system_of(program, Evaluator(program), program.x0)
+    Condensed(20 of 36 unknowns)
+    """
     return Condensed.of(program) or Saddle.of(program, lambda: evaluator.jacobian(x))
 
 
 def certify(
     program: Program, x: np.ndarray, multipliers: np.ndarray, evaluator: Evaluator | None = None
 ) -> Certificate:
-    """The certificate of a point x (unknowns,) with multipliers (conditions,)."""
+    """The certificate of a point x (unknowns,) with multipliers (conditions,).
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> sm.certify(program, program.x0, np.zeros(program.conditions)).holds(1e-8)
+    False
+    """
     if not isinstance(program, Program):
         raise InputError(f"program of type {type(program).__name__}: a Program is needed")
     x = checks.array(x, (program.unknowns,), "x", finite=False)
@@ -186,6 +201,16 @@ def certify(
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
+    """A point x (unknowns,) of a program with multipliers (conditions,), and what its certificate is made of.
+
+    >>> from symmotion.program import Evaluator
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> evaluator = Evaluator(solution.program)
+    >>> inspection = sm.systems.Inspection(solution.program, evaluator, solution.x, solution.multiplier_vector)
+    >>> bool(inspection.pressing.all())
+    True
+    """
+
     program: Program
     evaluator: Evaluator
     x: np.ndarray

@@ -46,7 +46,12 @@ SaddleFactor: TypeAlias = tuple[sparse.csc_array, ca.DM, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class HessianTriangle:
-    """The sparsity of the Hessian's upper triangle: rows, columns (entries,), column by column, and its pattern."""
+    """The sparsity of the Hessian's upper triangle: rows, columns (entries,), column by column, and its pattern.
+
+    >>> triangle = sm.systems.HessianTriangle.of(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> bool((triangle.rows <= triangle.columns).all())
+    True
+    """
 
     rows: np.ndarray
     columns: np.ndarray
@@ -107,14 +112,25 @@ class HessianTriangle:
 
 
 def kkt_pattern(program: Program) -> sparse.csr_array:
-    """(unknowns + conditions)² where the saddle matrix [[H, Jᵀ], [J, 0]] can differ from zero, as a boolean array."""
+    """(unknowns + conditions)² where the saddle matrix [[H, Jᵀ], [J, 0]] can differ from zero, as a boolean array.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> sm.systems.kkt_pattern(program).shape == (program.unknowns + program.conditions,) * 2
+    True
+    """
     triangle, jacobian = HessianTriangle.of(program), Evaluator(program).jacobian(program.x0)
     hessian = triangle.full(np.ones(triangle.pattern.size), program.unknowns)
     return sparse.csr_array(sparse.block_array([[hessian, jacobian.T], [jacobian, None]]) != 0)
 
 
 class Saddle:
-    """Newton's saddle system in all unknowns and multipliers, factorised by CasADi's sparse LDLᵀ. One per thread."""
+    """Newton's saddle system in all unknowns and multipliers, factorised by CasADi's sparse LDLᵀ. One per thread.
+
+    >>> from symmotion.program import Evaluator
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> sm.systems.Saddle(program, Evaluator(program).jacobian(program.x0)).independent
+    True
+    """
 
     def __init__(self, program: Program, jacobian: sparse.csr_array):
         self.jacobian = jacobian

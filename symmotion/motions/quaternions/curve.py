@@ -65,6 +65,10 @@ class QuaternionMotion:
     Left out, they are the shortest ways between the control quaternions with aligned signs.
 
     The curve is C^{degree − 1} at simple knots, and a control quaternion moves it on degree + 1 spans only.
+
+    >>> curve = sm.quaternions.QuaternionMotion.bezier([[1, 0, 0, 0], [0.8, 0, 0, 0.6], [0, 0, 0, 1]])
+    >>> curve(0.0), curve.rate(0.0).round(3) + 0.0
+    (array([1., 0., 0., 0.]), array([0.   , 0.   , 2.574]))
     """
 
     basis: BSplineBasis

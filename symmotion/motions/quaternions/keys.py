@@ -31,6 +31,10 @@ class OrientationKeys:
 
     times: (M,); quaternions: (M, 4) with the signs that the ways lead to; ways: (M − 1, 3)
     half-angle vectors, longer than π/2 where the long way round or whole turns were asked for.
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> sm.orientation_program(keys).design.keys.ways.shape
+    (2, 3)
     """
 
     times: np.ndarray
