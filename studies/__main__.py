@@ -97,9 +97,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def discover() -> list[Study]:
     """The STUDY of every module under this folder that has one, its folder as subject, in the order they run."""
-    # A package's __main__ is a program, which runs where it is imported.
+    # A package's __main__ is a program, which runs where it is imported; what builds the guide needs Sphinx.
     modules = pkgutil.walk_packages(studies.__path__, "studies.")
-    names = [m.name for m in modules if not m.name.endswith(".__main__")]
+    names = [m.name for m in modules if not m.name.endswith(".__main__") and ".building." not in m.name]
     found = [(name.split(".")[1], getattr(import_module(name), "STUDY", None)) for name in names]
     named = (replace(s, subject=subject) for subject, s in found if isinstance(s, Study))
     return sorted(named, key=lambda s: (s.order, s.name))

@@ -119,7 +119,7 @@ def floats(value: object, what: str) -> np.ndarray:
 
 
 def held(value: object, what: str) -> np.ndarray:
-    """As `numbers`, but an array of floats itself that nobody can write to: for what refuses writes from then on."""
+    """As `numbers`, but an array of floats itself that nobody can ever write to: for what keeps it."""
     return value if type(value) is np.ndarray and value.dtype == np.float64 and fixed(value) else numbers(value, what)
 
 
@@ -157,12 +157,6 @@ def told(value: object) -> str:
     """A value as messages show it, in one line of at most eighty characters."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else f"{text[:79]}…"
-
-
-def read_only(value: np.ndarray) -> np.ndarray:
-    """The array, writes refused: what frozen classes hold."""
-    value.flags.writeable = False
-    return value
 
 
 def shown(shape: tuple[int | str, ...]) -> str:

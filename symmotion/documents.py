@@ -8,9 +8,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from symmotion.checks import read_only
 from symmotion.errors import InputError
 from symmotion.opening import FilePath
+from symmotion.values import read_only
 
 Document: TypeAlias = dict[str, Any]  # of JSON
 

@@ -22,14 +22,28 @@ def _escaped(character: str) -> str:
 
 
 class InputError(ValueError):
-    """Input that cannot be used; the message names the culprit and the remedy, see `plain`."""
+    """Input that cannot be used; the message names the culprit and the remedy, see `plain`.
+
+    >>> try:
+    ...     sm.Rigidity(3)
+    ... except sm.InputError as error:
+    ...     print(error)
+    rigidity of order 3: 1 (HJK 10) or 2 (HJK 11) is needed
+    """
 
     def __init__(self, message: object = ""):
         super().__init__(plain(message))
 
 
 class SolveError(RuntimeError):
-    """Raised by `Solution.require`: the program was not solved to the tolerance asked for."""
+    """Raised by `Solution.require`: the program was not solved to the tolerance asked for.
+
+    >>> try:
+    ...     sm.ExactNewton(max_iterations=1).solve(sm.affine_program(sm.examples.planar_keyframes())).require()
+    ... except sm.SolveError as error:
+    ...     print("iteration-limit" in str(error))
+    True
+    """
 
     def __init__(self, message: object = ""):
         super().__init__(plain(message))

@@ -17,7 +17,11 @@ MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times
 
 @dataclass(frozen=True)
 class Column:
-    """A table column's heading and the unit of its numbers."""
+    """A table column's heading and the unit of its numbers.
+
+    >>> sm.report.Column("height", "mm")
+    Column(name='height', unit='mm')
+    """
 
     name: str
     unit: str = ""
@@ -32,7 +36,12 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text, numbers, truth values or None (missing), one cell per column; NumPy scalars become plain ones."""
+    """Rows of text, numbers, truth values or None (missing), one cell per column; NumPy scalars become plain ones.
+
+    >>> from symmotion.report import Column, Table
+    >>> Table("heights", (Column("name"), Column("h", "mm")), (("a", 1.5), ("b", None))).numeric
+    (False, True)
+    """
 
     name: str
     columns: tuple[Column, ...]

@@ -43,24 +43,43 @@ def same(a: object, b: object) -> bool:
     return same_fields(a, b) if parameters is not None and parameters.eq else (a == b) is True
 
 
+class _Kept:
+    """Keeps the memory of an array for others to read: what NumPy makes of it cannot be made writeable."""
+
+    __slots__ = ("__array_interface__", "array")
+
+    def __init__(self, array: np.ndarray):
+        self.array = array
+        interface = array.__array_interface__
+        interface["data"] = interface["data"][0], True
+        self.__array_interface__ = interface
+
+
 def fixed(a: np.ndarray) -> bool:
-    """Whether an array refuses writes, and so does all that it is a view of: no copy is needed to keep it as it is."""
+    """Whether an array refuses writes for good.
+
+    A flag alone does not tell: who owns a read-only array, or what it is a view of, can let writes in again.
+    """
     part: object = a
     while isinstance(part, np.ndarray):
-        if part.flags.writeable:
-            return False
         part = part.base
-    return part is None
+    return isinstance(part, _Kept)
+
+
+def read_only(a: np.ndarray) -> np.ndarray:
+    """The array such that it refuses writes for good, without a copy: for whoever made it and keeps no other hold."""
+    if fixed(a):
+        return a
+    if type(a) is np.ndarray and not a.dtype.hasobject:
+        return np.asarray(_Kept(a))
+    a.flags.writeable = False
+    return a
 
 
 def settled(a: object) -> object:
-    """A content as frozen classes hold it: arrays as copies that refuse writes, lists of numbers as tuples."""
+    """A content as frozen classes hold it: arrays refuse writes for good, lists of numbers as tuples."""
     if isinstance(a, np.ndarray):
-        if fixed(a):
-            return a
-        copy = a.copy()
-        copy.flags.writeable = False
-        return copy
+        return a if fixed(a) else read_only(a.copy())
     if isinstance(a, tuple):
         return getattr(a, "_make", tuple)(settled(x) for x in a)
     if isinstance(a, list) and a and all(isinstance(x, Real | np.ndarray | list | tuple) for x in a):

@@ -1,5 +1,6 @@
-"""No door takes entries that are masked, nor complex numbers, in arrays or in lists of them."""
+"""No door takes entries that are masked or complex, in arrays or in lists; none holds on to the caller's array."""
 
+from dataclasses import fields, is_dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -162,3 +163,27 @@ def test_masked_and_complex_entries_are_refused(door):
         for message, bad in spoiled(good):
             with pytest.raises(sm.InputError, match=message):
                 function(*arrays[:i], bad, *arrays[i + 1 :])
+
+
+def held_by(made: object):
+    if is_dataclass(made):
+        made = [getattr(made, f.name) for f in fields(made)]
+    if isinstance(made, np.ndarray):
+        yield made
+    elif isinstance(made, list | tuple):
+        for part in made:
+            yield from held_by(part)
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_what_is_made_of_arrays_does_not_follow_them(door):
+    function, *arrays = DOORS[door]
+    given = [np.array(a) for a in arrays]
+    for array in given:
+        array.flags.writeable = False
+    made = function(*given)
+    before = [np.array(a) for a in held_by(made)]
+    for array in given:
+        array.flags.writeable = True
+        array[...] = 77
+    assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(held_by(made), before, strict=True))

@@ -93,12 +93,18 @@ def test_all_public_energies_and_constraints_are_walked_over():
 @pytest.mark.parametrize("name", VALUES)
 def test_nobody_writes_into_a_value(name):
     given = arrays_of()
+    for array in given:  # an owner's own flag is no promise
+        array.flags.writeable = False
     value = VALUES[name](*given)
     before = [a.copy() for a in arrays_in(value)]
     for array in given:
+        array.flags.writeable = True
         array[...] = 7.0
     assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(arrays_in(value), before, strict=True))
     assert not any(a.flags.writeable for a in arrays_in(value))
+    for array in arrays_in(value):
+        with pytest.raises(ValueError, match="WRITEABLE"):
+            array.flags.writeable = True
     assert not any(a.flags.writeable for a in arrays_in(copy.copy(value)))
     if name not in ("JetEnergy", "JetConstraint"):  # a pickle of these needs a function of jets
         there = pickle.loads(pickle.dumps(value))

@@ -11,6 +11,8 @@ from matplotlib.axes import Axes
 import symmotion as sm
 from studies.affine import planar_keyframes
 from studies.affine.several_keyframes import draw_both, start_of
+from studies.guide.moving import moving
+from symmotion.bodies import eight_ellipses
 from symmotion.motions import noisy_net, smooth_net
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
 from symmotion.views import FONT, HEIGHT, WIDTH, fit_height, new_figure
@@ -46,7 +48,10 @@ def run(options: StudyOptions) -> StudyResult:
     if options.full:
         pictures += _others(solution, faired, net)
     both = draw_both(planar_keyframes.draw, "A body of eight ellipses", start_of(flat.program), flat.motion)
-    figures = (on_paper(replace(both, name="body")), *(_drawn(*picture) for picture in pictures))
+    caption = "moving: the C² spline through four keyframes (grey) and the motion of least R*, side by side."
+    sides = {"C² spline": start_of(flat.program), "least distortion": flat.motion}
+    played = moving("moving", sides, eight_ellipses(), planar, caption)
+    figures = (played, on_paper(replace(both, name="body")), *(_drawn(*picture) for picture in pictures))
     runs = tuple(Run.of("space, R + E/1000", s) for s in comparison.solutions)
     runs = (Run.of("plane, R*", flat), *runs)
     rows = tuple((f.name, f.caption.split(": ")[0], len(f.svg) / 1e3) for f in figures[1:])

@@ -13,6 +13,7 @@ from symmotion.motions import Affine, Keyframes
 from symmotion.motions.rigid import polar_factors
 from symmotion.pictures import plot_band
 from symmotion.solvers import Solution
+from symmotion.values import read_only
 
 # Numbers of a batch of gradients by the samples.
 BATCH = 4_000_000
@@ -24,6 +25,11 @@ class Band:
 
     times: (N,); positions: `Affine`, the mean (N, d, d), (N, d). places: (N, d, d) covariances of the origin, in
     units of length²; turns: (N, 3, 3) of small turns about the fixed axes, in rad², (N, 1, 1) in the plane.
+
+    >>> samples = sm.examples.recorded_tour(60)
+    >>> fit = sm.ExactNewton().solve(sm.fit_program(samples, controls=20)).require()
+    >>> sm.answers.fit_covariance(fit, (0.001, 0.002)).band(5).places.shape
+    (5, 3, 3)
     """
 
     times: np.ndarray
@@ -55,6 +61,12 @@ class FitCovariance:
 
     samples: (M, d² + d, d² + d) Σ, of each sample's coordinates, rows of A first; samples are independent.
     sizes: the standard deviations of places and turns [rad] that they were made of, None where they were given.
+
+    >>> samples = sm.examples.recorded_tour(60)
+    >>> fit = sm.ExactNewton().solve(sm.fit_program(samples, controls=20)).require()
+    >>> covariance = sm.answers.fit_covariance(fit, (0.001, 0.002))
+    >>> covariance.band(3).turns.shape
+    (3, 3, 3)
     """
 
     solution: Solution
@@ -100,6 +112,11 @@ def fit_covariance(solution: Solution, noise: tuple[float, float] | ArrayLike | 
     noise: standard deviations of a sample's place, each coordinate, in the unit of length, and of its turn about each
         axis in rad; or covariances of its coordinates (d² + d, d² + d), rows of A first, one or (M, …) one of each;
         None to be estimated from what the fit leaves, by the degrees of freedom that the fit has not taken.
+
+    >>> samples = sm.examples.recorded_tour(60)
+    >>> fit = sm.ExactNewton().solve(sm.fit_program(samples, controls=20)).require()
+    >>> sm.answers.fit_covariance(fit, (0.001, 0.002)).band(3).positions.translation.shape
+    (3, 3)
     """
     if not isinstance(solution, Solution) or not isinstance(solution.program.design, FitDesign):
         raise InputError("covariance: the solution of a fit_program is needed")
@@ -117,13 +134,17 @@ def fit_covariance(solution: Solution, noise: tuple[float, float] | ArrayLike | 
             f"noise of shape {values.shape}: standard deviations of places and turns (2,), or finite covariances "
             f"{checks.shown((width, width))} or {checks.shown((m, width, width))}, are needed"
         )
-    return FitCovariance(solution, checks.read_only(np.broadcast_to(values, (m, width, width)).copy()), None)
+    return FitCovariance(solution, read_only(np.broadcast_to(values, (m, width, width)).copy()), None)
 
 
 def noise_of(solution: Solution) -> tuple[float, float]:
     """Standard deviations of places and turns [rad], each coordinate, of the samples of a fit, from its residuals.
 
     Σ rᵢ² divided by the number of residuals less the trace of ∂fitᵢ/∂sampleᵢ.
+
+    >>> samples = sm.examples.recorded_tour(100)
+    >>> fit = sm.ExactNewton().solve(sm.fit_program(samples, controls=20)).require()
+    >>> places, turns = sm.answers.noise_of(fit)
     """
     design = solution.program.design
     samples, which = design.samples, design.followed
@@ -194,4 +215,4 @@ def _of_sizes(samples: Keyframes, place: float, turn: float) -> np.ndarray:
     found = np.zeros((m, d * d + d, d * d + d))
     found[:, : d * d, : d * d] = turn**2 * np.swapaxes(spun, 1, 2) @ spun
     found[:, d * d :, d * d :] = place**2 * np.eye(d)
-    return checks.read_only(found)
+    return read_only(found)

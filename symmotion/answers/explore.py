@@ -31,6 +31,11 @@ class Exploration(Generic[DesignT]):
     minima: certified solutions that differ, lowest first; counts: how many starts led to each.
     starts: in the order in which they were tried; led: by start, the minimum (its place in `minima`) that it led to, −1
     where it led to none. reason: why no more were tried.
+
+    >>> program = sm.affine_program(sm.examples.random_keyframes(4, 150, seed=3))
+    >>> search = sm.explore(program, budget=4)
+    >>> bool(search.best.objective == min(search.objectives))
+    True
     """
 
     program: Program[DesignT]
@@ -132,6 +137,11 @@ def explore(
 
     Minima differ where their objectives do by more than a millionth, or their motions by more than a thousandth; of
     those that are not strict, which may be one of many, only objectives count.
+
+    >>> program = sm.affine_program(sm.examples.random_keyframes(4, 150, seed=3))
+    >>> search = sm.explore(program, budget=4)
+    >>> sum(search.counts)
+    4
     """
     require_program(program)
     budget, seed = checks.whole(budget, 1, "budget", " of starts"), checks.whole(seed, 0, "seed")

@@ -22,6 +22,10 @@ class KnotSearch:
     """What `auto_knots` did: the solution of every stage, the last the one of least objective.
 
     reason: why it stopped.
+
+    >>> search = sm.answers.auto_knots(sm.examples.planar_keyframes(), objective=sm.Rigidity(2), budget=3)
+    >>> search.stages[-1].objective <= search.stages[0].objective
+    True
     """
 
     stages: tuple[Solution, ...]
@@ -64,6 +68,10 @@ def auto_knots(
     budget: most inserted knots; fall: least relative fall of the objective by a stage, below which
     it stops. It stops, too, where all that is left of the objective is rounding, and where spans are as short as times
     resolve. solver: ExactNewton() when left out. Raises SolveError where a stage is not solved.
+
+    >>> search = sm.answers.auto_knots(sm.examples.planar_keyframes(), objective=sm.Rigidity(2), budget=3)
+    >>> search.reason
+    'the budget of 3 knots is used'
     """
     if budget < 0 or not 0 < share <= 1 or not 0 <= fall < 1:
         raise InputError(f"budget {budget} ≥ 0, share {share:g} in (0, 1] and fall {fall:g} in [0, 1) are needed")
@@ -104,6 +112,9 @@ def auxiliary_keyframes(keyframes: Keyframes, per_segment: int = 1, rigid: bool 
     rigid: orthonormalise the new ones (polar factor). Fewer than four keyframes take the
     polynomial through all. For keyframes so far apart that optimisation fails: optimise
     through these first, then start the true problem from that motion.
+
+    >>> sm.answers.auxiliary_keyframes(sm.examples.planar_keyframes()).times.round(3)
+    array([0.   , 0.168, 0.335, 0.501, 0.666, 0.833, 1.   ])
     """
     if per_segment < 1:
         raise InputError(f"per_segment {per_segment}: at least 1 auxiliary keyframe is needed")

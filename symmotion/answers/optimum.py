@@ -26,6 +26,14 @@ def optimum_function(solution: Solution, name: str, *, solver: Solver | None = N
 
         function = sm.answers.optimum_function(solution, "v")
         x, f = function(p)
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> touch = sm.JetConstraint(lambda jet, p: jet.dv[2] - p.w, at=0.5, name="touch", parameters={"w": 0.1})
+    >>> solution = sm.ExactNewton().solve(sm.pose_program(keys, constraints=[touch])).require()
+    >>> function = sm.answers.optimum_function(solution, "w")
+    >>> x, f = function(0.1)
+    >>> bool(abs(float(f) - solution.objective) < 1e-6)
+    True
     """
     solution.sensitivity().datum(name)
     return _Optimum(_Followed(solution, name, solver or ExactNewton(tolerance=1e-10)))

@@ -26,6 +26,12 @@ class KeyframePrices:
     gradient: linear (M, d, d) and translation (M, d), in units of the objective per unit of
         entry; turning: (M, 3) in space, (M,) in the plane, the change per radian of turning keyframe
         i about the fixed axes through its own origin.
+
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
+    >>> prices = sm.answers.keyframe_prices(solution)
+    >>> cheaper = prices.downhill(prices.ranking[0], 0.01)
+    >>> bool(prices.predict(cheaper) < 0)
+    True
     """
 
     keyframes: Keyframes
@@ -76,7 +82,13 @@ class KeyframePrices:
 
 
 def keyframe_prices(solution: Solution) -> KeyframePrices:
-    """The prices of the keyframes at a solution; the multipliers with their sign turned."""
+    """The prices of the keyframes at a solution; the multipliers with their sign turned.
+
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
+    >>> prices = sm.answers.keyframe_prices(solution)
+    >>> bool(np.allclose(prices.gradient.linear, -solution.multipliers["keyframes"].linear))
+    True
+    """
     if not isinstance(solution, Solution):
         raise InputError(f"solution of type {type(solution).__name__}: a Solution is needed")
     design, multipliers = solution.program.design, solution.multipliers.get("keyframes")

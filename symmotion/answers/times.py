@@ -24,6 +24,10 @@ class TimePrices:
 
     gradient: (M,) ∂f*/∂tᵢ, in units of the objective per unit of time. Where `free_times_program` has its optimum those
     of the inner times vanish, and the last one is less than zero, as f* falls with the time in all.
+
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
+    >>> sm.answers.time_prices(solution).gradient.shape
+    (4,)
     """
 
     solution: Solution
@@ -50,6 +54,10 @@ def time_prices(solution: Solution) -> TimePrices:
 
     f* changes as the Lagrangian of `free_times_program` does at the solution, ∂f*/∂t = ∂L/∂t. Knots are those of
     `refine`; the times of constraints move with the keyframes beside them.
+
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
+    >>> bool(np.isfinite(sm.answers.time_prices(solution).gradient).all())
+    True
     """
     if not isinstance(solution, Solution) or not isinstance(solution.program.design, AffineDesign):
         raise InputError("prices of times are of the solution of an affine_program")

@@ -30,7 +30,12 @@ MOST_PROCESSES = 4096
 
 @dataclass(frozen=True)
 class Tally:
-    """How far a batch is: programs answered, of them found in the results file, and failed; wall-clock seconds."""
+    """How far a batch is: programs answered, of them found in the results file, and failed; wall-clock seconds.
+
+    >>> program = sm.affine_program(sm.examples.quarter_turn())
+    >>> solutions = sm.solve_many([program], progress=lambda tally: print(tally.done, tally.failed))
+    1 0
+    """
 
     done: int
     found: int
@@ -76,6 +81,12 @@ def solve_many(
     A program whose solver raises, or that kills its worker twice, becomes a `Failed` in its
     place. Where a worker process was killed and with it the executor, its work goes on in processes of our own.
     Raises InputError for what is no program, and for a results file that cannot be used.
+
+    >>> keys = sm.examples.planar_keyframes()
+    >>> program = sm.affine_program(keys)
+    >>> programs = [program.with_keyframes(keys.moved(1, linear=size * keys.linear[1])) for size in (0.9, 1.0, 1.1)]
+    >>> [solution.certified for solution in sm.solve_many(programs)]
+    [True, True, True]
     """
     answers = solve_each(
         programs, solver, executor, results=results, retry=retry, progress=progress, chunk=chunk, ahead=ahead
@@ -94,7 +105,12 @@ def solve_each(
     chunk: int | None = None,
     ahead: int = 64,
 ) -> Iterator[Solution | Failed]:
-    """The solutions of `solve_many`, each as soon as it and those before it are there, and none of them kept."""
+    """The solutions of `solve_many`, each as soon as it and those before it are there, and none of them kept.
+
+    >>> program = sm.affine_program(sm.examples.quarter_turn())
+    >>> [solution.certified for solution in sm.batches.solve_each([program])]
+    [True]
+    """
     if isinstance(programs, Program):
         raise InputError("one program where several are needed: solve_many([program]), or solver.solve(program)")
     if not isinstance(programs, Iterable):

@@ -29,6 +29,11 @@ class ResultsFile:
     A line of JSON for each, written as soon as there is one, with a checksum. What a kill left of
     the last line is cut off. Plain numbers only, the arrays as base64 of little-endian doubles: nothing of
     it is executed. Raises InputError that names the file and the line where it is damaged.
+
+    >>> program = sm.affine_program(sm.examples.quarter_turn())
+    >>> solutions = sm.solve_many([program], results="batch.results")
+    >>> again = sm.solve_many([program], results="batch.results", progress=lambda tally: print(tally.found))
+    1
     """
 
     def __init__(self, path: str | Path):

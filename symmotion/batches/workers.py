@@ -23,7 +23,16 @@ MOST = 64  # programs in a task
 
 @dataclass(frozen=True)
 class Failed:
-    """A program without a solution, in its place among solutions: its index, the name of the error and what it said."""
+    """A program without a solution, in its place among solutions: its index, the name of the error and what it said.
+
+    >>> class Broken:
+    ...     tolerance = 1e-8
+    ...
+    ...     def solve(self, program, start=None):
+    ...         raise sm.SolveError("it broke")
+    >>> sm.solve_many([sm.affine_program(sm.examples.quarter_turn())], Broken())[0].message
+    'it broke'
+    """
 
     index: int
     error: str
@@ -79,7 +88,12 @@ def _with_program(answered: Solution | Failed, program: Program | None) -> Solut
 
 
 def own_processes(count: int) -> Executor:
-    """An executor of spawned processes that has proved to work; InputError where they do not start."""
+    """An executor of spawned processes that has proved to work; InputError where they do not start.
+
+    >>> with sm.batches.own_processes(1) as executor:
+    ...     executor.submit(abs, -2).result()
+    2
+    """
     # Here, because they take 10 ms to import.
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import current_process, get_context

@@ -11,11 +11,17 @@ from symmotion import checks
 from symmotion.bodies.shapes import FRONT, Up, letter
 from symmotion.bodies.triangles import triangulated
 from symmotion.errors import InputError
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 
 class Meshed(Protocol):
-    """A mesh of another library, by its faces."""
+    """A mesh of another library, by its faces.
+
+    >>> class Triangle:
+    ...     vertices, faces = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [[0, 1, 2]]
+    >>> sm.bodies.Body.of(Triangle()).dimension
+    2
+    """
 
     @property
     def vertices(self) -> ArrayLike: ...
@@ -25,7 +31,13 @@ class Meshed(Protocol):
 
 
 class Triangulated(Protocol):
-    """A mesh by its triangles, such as `Mesh`."""
+    """A mesh by its triangles, such as `Mesh`.
+
+    >>> class Triangle:
+    ...     vertices, triangles = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [[0, 1, 2]]
+    >>> sm.bodies.Body.of(Triangle()).dimension
+    2
+    """
 
     @property
     def vertices(self) -> ArrayLike: ...
@@ -41,6 +53,9 @@ class Body:
     vertices: (V, d), d = 2 or 3, finite; faces: for each polygon the numbers of its corners, two or
     more, in order round it; colours: (V, 3) of the vertices, linear RGB from 0 to 1, None where who
     draws chooses. Raises InputError that names the face at fault.
+
+    >>> sm.bodies.Body([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], ((0, 1, 2),))
+    Body(2D, 3 vertices, 1 faces)
     """
 
     vertices: np.ndarray
@@ -51,11 +66,11 @@ class Body:
         vertices = checks.numbers(self.vertices, "body vertices")
         if vertices.ndim != 2 or vertices.shape[1] not in (2, 3) or not np.isfinite(vertices).all():
             raise InputError(f"body vertices of shape {vertices.shape}: finite, shape (V, 2) or (V, 3), are needed")
-        object.__setattr__(self, "vertices", checks.read_only(vertices))
+        object.__setattr__(self, "vertices", read_only(vertices))
         object.__setattr__(self, "faces", _checked(self.faces, len(vertices)))
         if self.colours is not None:
             colours = checks.array(self.colours, (len(vertices), 3), "body colours")
-            object.__setattr__(self, "colours", checks.read_only(colours))
+            object.__setattr__(self, "colours", read_only(colours))
 
     @staticmethod
     def of(shape: "Shape | None" = None, dimension: int | None = None, *, size: float = 1.0, up: Up = "z") -> "Body":
@@ -130,7 +145,12 @@ Shape: TypeAlias = Body | Meshed | Triangulated | ArrayLike | Sequence[ArrayLike
 
 
 def joined(bodies: Sequence[Body]) -> Body:
-    """Several bodies as one, without their colours."""
+    """Several bodies as one, without their colours.
+
+    >>> one = sm.bodies.ellipsoid_mesh([1.0, 1.0, 1.0])
+    >>> len(sm.bodies.joined([one, one]).faces) == 2 * len(one.faces)
+    True
+    """
     offsets = np.cumsum([0, *(len(b.vertices) for b in bodies[:-1])]).tolist()
     faces = tuple(tuple(o + i for i in face) for b, o in zip(bodies, offsets, strict=True) for face in b.faces)
     return Body(np.concatenate([b.vertices for b in bodies]), faces)

@@ -7,6 +7,7 @@ import numpy as np
 
 from symmotion.checks import numbers
 from symmotion.errors import InputError
+from symmotion.values import read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,6 +16,11 @@ class Mesh:
 
     vertices: (V, 3), finite; triangles: (F, 3) three different vertices each, F ≥ 1. Raises
     InputError that names the vertex or the triangle at fault.
+
+    >>> triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> corner = sm.bodies.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], triangles)
+    >>> round(corner.volume, 6)
+    0.166667
     """
 
     vertices: np.ndarray
@@ -38,8 +44,7 @@ class Mesh:
         if repeated.any():
             raise InputError(f"triangle {int(np.argmax(repeated))} has a vertex twice")
         for name, value in (("vertices", vertices), ("triangles", triangles.astype(np.intp))):
-            value.flags.writeable = False
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, read_only(value))
 
     def __repr__(self) -> str:
         state = "closed" if self.closed else f"{len(self.boundary_edges)} boundary edges"

@@ -36,21 +36,36 @@ def letter(dimension: int, size: float, up: Up) -> tuple[np.ndarray, tuple[tuple
 
 
 def letter_k() -> list[np.ndarray]:
-    """The outline of a letter K about the origin, as one closed polygon (12, 2): the body of HJK figures 1 and 2."""
+    """The outline of a letter K about the origin, as one closed polygon (12, 2): the body of HJK figures 1 and 2.
+
+    >>> sm.bodies.letter_k()[0].shape
+    (12, 2)
+    """
     k = [(0, 0), (0.22, 0), (0.22, 0.36), (0.34, 0.49), (0.68, 0), (0.96, 0), (0.5, 0.65), (0.92, 1.1), (0.64, 1.1)]
     k += [(0.22, 0.64), (0.22, 1.1), (0, 1.1)]
     return [np.array(k) - [0.45, 0.55]]
 
 
 def ellipse(centre: Sequence[float], axes: Sequence[float], angle: float = 0.0, points: int = 48) -> np.ndarray:
-    """(points, 2) an ellipse as a polygon; angle in degrees."""
+    """(points, 2) an ellipse as a polygon; angle in degrees.
+
+    >>> sm.bodies.ellipse([0.0, 0.0], [2.0, 1.0], points=4).round(6) + 0.0
+    array([[ 2.,  0.],
+           [ 0.,  1.],
+           [-2.,  0.],
+           [ 0., -1.]])
+    """
     s = np.linspace(0, 2 * np.pi, points, endpoint=False)
     c, d = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
     return np.column_stack([axes[0] * np.cos(s), axes[1] * np.sin(s)]) @ np.array([[c, d], [-d, c]]) + centre
 
 
 def eight_ellipses() -> list[np.ndarray]:
-    """A flower of eight ellipses about the origin, polygons (48, 2): the body of HJK figure 3."""
+    """A flower of eight ellipses about the origin, polygons (48, 2): the body of HJK figure 3.
+
+    >>> len(sm.bodies.eight_ellipses())
+    8
+    """
     turns = 45.0 * np.arange(8)
     return [
         ellipse([0.62 * np.cos(np.deg2rad(a)), 0.62 * np.sin(np.deg2rad(a))], [0.36, 0.15 + 0.05 * (k % 2)], a)
@@ -59,7 +74,11 @@ def eight_ellipses() -> list[np.ndarray]:
 
 
 def wedge(size: float = 1.0) -> list[np.ndarray]:
-    """A long body with a nose and a flat belly, polygons (P, 3) of length `size`, so that its orientation is seen."""
+    """A long body with a nose and a flat belly, polygons (P, 3) of length `size`, so that its orientation is seen.
+
+    >>> {polygon.shape[1] for polygon in sm.bodies.wedge(2.0)}
+    {3}
+    """
     back, nose = np.array([[-0.5, -0.3], [-0.5, 0.3]]), np.array([[0.5, 0.08], [0.5, -0.08]])
     plan = size * np.concatenate([back, nose])
     height = size * np.array([0.22, 0.22, 0.06, 0.06])

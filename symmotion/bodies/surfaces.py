@@ -11,7 +11,12 @@ from symmotion.errors import InputError
 
 
 def grid_mesh(points: np.ndarray) -> Body:
-    """The body of the quadrilaterals of a grid of points (U, V, 3)."""
+    """The body of the quadrilaterals of a grid of points (U, V, 3).
+
+    >>> x, y = np.meshgrid(np.arange(3.0), np.arange(4.0), indexing="ij")
+    >>> len(sm.bodies.grid_mesh(np.stack([x, y, 0 * x], axis=-1)).faces)
+    6
+    """
     u, v = points.shape[:2]
     index = np.arange(u * v).reshape(u, v)
     corners = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
@@ -19,14 +24,22 @@ def grid_mesh(points: np.ndarray) -> Body:
 
 
 def ellipsoid_mesh(semi_axes: Sequence[float]) -> Body:
-    """An ellipsoid about the origin, 12 faces round and 8 from pole to pole."""
+    """An ellipsoid about the origin, 12 faces round and 8 from pole to pole.
+
+    >>> sm.bodies.ellipsoid_mesh([1.0, 0.7, 0.5]).dimension
+    3
+    """
     round_, up = np.linspace(0, 2 * np.pi, 13)[:, None], np.linspace(-np.pi / 2, np.pi / 2, 9)
     sphere = [np.cos(round_) * np.cos(up), np.sin(round_) * np.cos(up), 0 * round_ + np.sin(up)]
     return grid_mesh(np.stack(sphere, axis=-1) * semi_axes)
 
 
 def jug(segments: int = 12) -> Body:
-    """A jug made by the project: a surface of revolution about z with a spout along x and a handle opposite."""
+    """A jug made by the project: a surface of revolution about z with a spout along x and a handle opposite.
+
+    >>> sm.bodies.jug().dimension
+    3
+    """
     angle = np.linspace(0, 2 * np.pi, segments + 1)
     profile = np.array([(0.0, 0.0), (1.2, 0.0), (1.9, 0.8), (1.6, 1.8), (0.9, 2.3), (1.0, 2.6)])
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -58,6 +71,15 @@ def read_teapot(path: Path, pieces: int = 3) -> Body:
     """The Utah teapot from a JSON file of bicubic Bézier patches, `pieces` quadrilaterals along each side of a patch.
 
     Entries: points (P, 3), patches (B, 16) of indices into them, order (B,) the parts' names.
+
+    >>> import json
+    >>> from pathlib import Path
+    >>> patch = [[i, j, 0.0] for i in range(4) for j in range(4)]
+    >>> document = {"points": patch, "patches": [list(range(16))], "order": ["body"]}
+    >>> Path("patch.json").write_text(json.dumps(document)) > 0
+    True
+    >>> len(sm.bodies.read_teapot(Path("patch.json")).faces)
+    36
     """
     try:
         document = json.loads(path.read_text(encoding="utf-8"))

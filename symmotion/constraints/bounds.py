@@ -18,7 +18,14 @@ from symmotion.jets import BodyJet, RigidJet
 
 @dataclass(frozen=True, eq=False)
 class UnitVolume(MotionConstraint):
-    """det A(t) = 1 at given times, between the keyframes."""
+    """det A(t) = 1 at given times, between the keyframes.
+
+    >>> keys = sm.Keyframes([0.0, 1.0], [np.eye(2), sm.examples.rotation_2d(90)])
+    >>> half = sm.constraints.UnitVolume([0.5])
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(keys, constraints=[half], refine=2)).require()
+    >>> round(float(np.linalg.det(solution.motion(0.5).linear)), 9)
+    1.0
+    """
 
     times: ArrayLike
     name: str = "unit volume"
@@ -33,7 +40,13 @@ class UnitVolume(MotionConstraint):
 
 @dataclass(frozen=True, eq=False)
 class NoInversion(MotionConstraint):
-    """det A(t) ≥ ε along the motion, to begin with at `density` times per segment between the keyframes."""
+    """det A(t) ≥ ε along the motion, to begin with at `density` times per segment between the keyframes.
+
+    >>> keys = sm.examples.planar_keyframes()
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(keys, constraints=[sm.constraints.NoInversion(0.5)]))
+    >>> float(solution.require(1e-6).certificate.excess["no inversion"]) < 1e-6
+    True
+    """
 
     least: float
     density: int = DENSITY
@@ -66,7 +79,12 @@ class NoInversion(MotionConstraint):
 
 @dataclass(frozen=True, eq=False)
 class SpeedBound(MotionConstraint):
-    """‖velocity of p‖ ≤ limit for body points p (P, d), to begin with at `density` times per segment and its ends."""
+    """‖velocity of p‖ ≤ limit for body points p (P, d), to begin with at `density` times per segment and its ends.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> round(float(sm.excess(motion, sm.SpeedBound(np.zeros((1, 3)), 14.0))), 4)
+    0.0086
+    """
 
     points: ArrayLike
     limit: float
@@ -93,7 +111,13 @@ class SpeedBound(MotionConstraint):
 
 @dataclass(frozen=True, eq=False)
 class RateBound(MotionConstraint):
-    """‖Ω(t)‖ ≤ limit [rad per unit of time] along the motion, to begin with at `density` times in each span."""
+    """‖Ω(t)‖ ≤ limit [rad per unit of time] along the motion, to begin with at `density` times in each span.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> solution = sm.ExactNewton().solve(sm.orientation_program(keys, constraints=[sm.RateBound(1.2)], refine=2))
+    >>> bool(np.linalg.norm(solution.require(1e-6).motion.rate(np.linspace(0, 3, 500)), axis=1).max() < 1.2 + 1e-6)
+    True
+    """
 
     limit: float
     density: int = 5
@@ -109,7 +133,13 @@ class RateBound(MotionConstraint):
 
 @dataclass(frozen=True, eq=False)
 class AccelerationBound(MotionConstraint):
-    """‖Ω̇(t)‖ ≤ limit [rad per unit of time²] along the motion, to begin with at `density` times in each span."""
+    """‖Ω̇(t)‖ ≤ limit [rad per unit of time²] along the motion, to begin with at `density` times in each span.
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> program = sm.orientation_program(keys, constraints=[sm.constraints.AccelerationBound(2.0)], refine=2)
+    >>> sm.ExactNewton().solve(program).require(1e-6).certificate.excess["acceleration bound"].kind
+    'certified'
+    """
 
     limit: float
     density: int = 5
@@ -128,6 +158,12 @@ class TorqueBound(MotionConstraint):
     """‖τ(t)‖ ≤ limit along the motion, τ = J Ω̇ + Ω × JΩ, to begin with at `density` times in each span.
 
     inertia: J as in `Torque`, the identity when left out.
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> bound = sm.constraints.TorqueBound(3.0, (1.0, 2.0, 2.5))
+    >>> program = sm.orientation_program(keys, objective=sm.Torque((1.0, 2.0, 2.5)), constraints=[bound], refine=2)
+    >>> sm.ExactNewton().solve(program).require(1e-6).inertia
+    'positive'
     """
 
     limit: float

@@ -27,7 +27,7 @@ from symmotion.jets.written import positional, same_text, tuples_of_jets
 from symmotion.program import Constraint, Excess, ParameterPlace, excess_at
 from symmotion.program.state import made_of
 from symmotion.splines.instants import unified
-from symmotion.values import adopt, restore, same, same_fields, settle
+from symmotion.values import adopt, read_only, restore, same, same_fields, settle
 
 DENSITY = 8  # times in each span at which what has to hold everywhere is held
 
@@ -36,6 +36,14 @@ class MotionConstraint(ABC):
     """A condition on a motion. A subclass states it as a `JetConstraint` once it knows the program it joins.
 
     It is a dataclass with a `name`; arrays in its fields are copied, and refuse writes.
+
+    >>> class Above(sm.constraints.MotionConstraint):
+    ...     name = "above"
+    ...
+    ...     def stated(self, setting):
+    ...         return sm.JetConstraint(lambda jet: jet.v[-1], lower=-5.0, upper=np.inf, name=self.name)
+    >>> sm.excess(sm.interpolants.component_cubic(sm.examples.planar_keyframes()), Above()).value
+    0.0
     """
 
     name: str
@@ -114,6 +122,13 @@ class JetConstraint(MotionConstraint):
     optimum changes by −λ with the bound that is active.
 
         JetConstraint(lambda jet: jet.place([0.1, 0.0, 0.0])[2], upper=np.inf, name="floor")
+
+    >>> keys = sm.examples.spatial_keyframes()
+    >>> objective = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(np.eye(3))
+    >>> rest = sm.JetConstraint(lambda jet: jet.dv, at=0.0, name="at rest")
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(keys, objective=objective, constraints=[rest])).require()
+    >>> solution.multipliers["at rest"].shape
+    (3,)
     """
 
     function: Callable[..., Any]  # a function of the user's own: CasADi expressions, or what converts to one
@@ -160,17 +175,15 @@ class JetConstraint(MotionConstraint):
             for key, value in values.items():
                 if value.ndim > 2 or not value.size or not np.isfinite(value).all():
                     raise InputError(f"{self.name}: parameter {key!r}: finite numbers are needed")
-            object.__setattr__(self, "parameters", {k: checks.read_only(v) for k, v in values.items()})
-        object.__setattr__(self, "lower", checks.read_only(low))
-        object.__setattr__(self, "upper", checks.read_only(high))
+            object.__setattr__(self, "parameters", {k: read_only(v) for k, v in values.items()})
+        object.__setattr__(self, "lower", read_only(low))
+        object.__setattr__(self, "upper", read_only(high))
         if self.at is not None:
-            object.__setattr__(self, "at", checks.read_only(self._times()))
+            object.__setattr__(self, "at", read_only(self._times()))
         if self.first is not None:
-            object.__setattr__(self, "first", checks.read_only(checks.times(self.first, f"{self.name}: first")))
+            object.__setattr__(self, "first", read_only(checks.times(self.first, f"{self.name}: first")))
         if self.data is not None:
-            object.__setattr__(
-                self, "data", checks.read_only(checks.array(self.data, ("N", "D"), f"{self.name}: data"))
-            )
+            object.__setattr__(self, "data", read_only(checks.array(self.data, ("N", "D"), f"{self.name}: data")))
 
     def _times(self) -> np.ndarray:
         times = checks.numbers(self.at, f"{self.name}: at")

@@ -31,6 +31,12 @@ class CurveCondition(MotionConstraint):
     times, orders, coefficients: (N, s) what each row samples; sides: (N, s), −1 or 1, from which side.
     target, lower, upper: (N, …), in the shape of the curve's values or (N,) for the same in all
     coordinates. norm: the row is Σ of the squares of all coordinates instead of each of them.
+
+    >>> at = sm.constraints.CurveCondition.at([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], name="values")
+    >>> slope = sm.constraints.CurveCondition.at([0.0], [0.0], order=1, name="slope")
+    >>> solution = sm.ExactNewton().solve(sm.curve_program([at, slope])).require()
+    >>> sorted(solution.multipliers)
+    ['slope', 'values']
     """
 
     name: str

@@ -40,6 +40,11 @@ def excess(
         keys = sm.examples.spatial_keyframes()
         motion = sm.ExactNewton().solve(sm.affine_program(keys)).motion
         print(sm.excess(motion, sm.SpeedBound([[0.0, 0.0, 0.0]], 2.0)))
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> found = sm.excess(motion, sm.SpeedBound(np.zeros((1, 3)), 14.0))
+    >>> round(float(found), 4), found.kind
+    (0.0086, 'certified')
     """
     if not isinstance(constraint, MotionConstraint):
         raise InputError(f"constraint {constraint!r} is no condition on a motion: excess(motion, constraint)")

@@ -21,7 +21,15 @@ from symmotion.program import Block, Constraint
 
 @dataclass(frozen=True, eq=False)
 class Velocity(MotionConstraint):
-    """v̇(tᵢ) = velocity (d,) of the origin at keyframe i."""
+    """v̇(tᵢ) = velocity (d,) of the origin at keyframe i.
+
+    >>> keys = sm.examples.spatial_keyframes()
+    >>> start = sm.constraints.Velocity(0, [1.0, 0.0, 0.0])
+    >>> objective = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(np.eye(3))
+    >>> program = sm.affine_program(keys, objective=objective, constraints=[start])
+    >>> sm.ExactNewton().solve(program).require().motion(0.0, 1).translation.round(9) + 0.0
+    array([1., 0., 0.])
+    """
 
     keyframe: int
     velocity: ArrayLike
@@ -39,6 +47,12 @@ class AngularRate(MotionConstraint):
     """The body turns with the rate ω at keyframe i: Ȧ(tᵢ) = [ω] A(tᵢ).
 
     rate: rad per unit of time about the fixed axes, (3,) in space, a number in the plane.
+
+    >>> rest = sm.constraints.AngularRate(0, [0.0, 0.0, 0.0])
+    >>> program = sm.affine_program(sm.examples.spatial_keyframes(), constraints=[rest], refine=2)
+    >>> solution = sm.ExactNewton().solve(program)
+    >>> bool(np.abs(solution.require().motion(0.0, 1).linear).max() < 1e-9)
+    True
     """
 
     keyframe: int
@@ -65,6 +79,12 @@ class EndRates(MotionConstraint):
     """The rates at both ends: Ω (2, 3) in the body frame [rad per unit of time] of orientations and poses.
 
     Of affine motions Ȧ (2, d, d) and v̇ (2, d), an `Affine` or a pair; v̇ where the translation is unknown.
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> rest = sm.constraints.EndRates(np.zeros((2, 3)))
+    >>> solution = sm.ExactNewton().solve(sm.orientation_program(keys, constraints=[rest], refine=2)).require()
+    >>> bool(np.abs(solution.motion.rate([0.0, 2.0])).max() < 1e-8)
+    True
     """
 
     rates: ArrayLike | tuple[ArrayLike, ArrayLike] | None
@@ -95,7 +115,14 @@ def affine_rates(rates: object, d: int, what: str) -> tuple[np.ndarray, np.ndarr
 
 @dataclass(frozen=True, eq=False)
 class EndAccelerations(MotionConstraint):
-    """Ω̇(t₁) and Ω̇(t_M), the angular accelerations (2, 3) at both ends in the body frame, rad per unit of time²."""
+    """Ω̇(t₁) and Ω̇(t_M), the angular accelerations (2, 3) at both ends in the body frame, rad per unit of time².
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> still = sm.constraints.EndAccelerations(np.zeros((2, 3)))
+    >>> solution = sm.ExactNewton().solve(sm.orientation_program(keys, constraints=[still], refine=2)).require()
+    >>> bool(np.abs(solution.motion.acceleration([0.0, 2.0])).max() < 1e-8)
+    True
+    """
 
     accelerations: ArrayLike
     name: str = "end accelerations"
@@ -112,6 +139,13 @@ class Periodic(MotionConstraint):
     """The motion closes: derivatives 1 … degree − 1 agree at both ends, where the keyframes are the same.
 
     Of a fit, whose samples are not met, the places too.
+
+    >>> keys = sm.examples.planar_keyframes()
+    >>> closed = keys.moved(-1, keys.linear[0], keys.translation[0])
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(closed, constraints=[sm.constraints.Periodic()])).require()
+    >>> start, end = solution.motion([0.0, 1.0], 1).linear
+    >>> bool(np.abs(start - end).max() < 1e-9)
+    True
     """
 
     name: str = "periodic"
@@ -153,7 +187,16 @@ class Periodic(MotionConstraint):
 
 @dataclass(frozen=True, eq=False)
 class OnLine(MotionConstraint):
-    """v(tᵢ) lies on the line through keyframe i's translation along `direction` (d,), instead of being given."""
+    """v(tᵢ) lies on the line through keyframe i's translation along `direction` (d,), instead of being given.
+
+    >>> keys = sm.examples.spatial_keyframes()
+    >>> line = sm.constraints.OnLine(1, [0.0, 0.0, 1.0])
+    >>> objective = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(np.eye(3))
+    >>> program = sm.affine_program(keys, objective=objective, constraints=[line])
+    >>> solution = sm.ExactNewton().solve(program).require()
+    >>> (solution.motion(keys.times[1]).translation - keys.translation[1])[:2].round(9) + 0.0
+    array([0., 0.])
+    """
 
     keyframe: int
     direction: ArrayLike
@@ -193,6 +236,12 @@ class Tolerance(MotionConstraint):
 
     linear, translation: the two ε, None for exact; keyframes: which, all when left out. turn: of orientations and
     poses, by how many rad each of those keyframes may be missed, one number or one for each, 0 for not at all.
+
+    >>> keys = sm.examples.planar_keyframes()
+    >>> exact = sm.ExactNewton().solve(sm.affine_program(keys)).require()
+    >>> near = sm.ExactNewton().solve(sm.affine_program(keys, constraints=[sm.Tolerance(linear=0.05)])).require()
+    >>> near.objective < exact.objective
+    True
     """
 
     linear: float | None = None
@@ -307,7 +356,14 @@ class Tolerance(MotionConstraint):
 
 @dataclass(frozen=True, eq=False)
 class ExactSamples(MotionConstraint):
-    """Keyframes or samples of these numbers are met exactly: A(tᵢ) = A*ᵢ, v(tᵢ) = v*ᵢ (K, d² + d), rows of A first."""
+    """Keyframes or samples of these numbers are met exactly: A(tᵢ) = A*ᵢ, v(tᵢ) = v*ᵢ (K, d² + d), rows of A first.
+
+    >>> samples = sm.examples.recorded_tour(40)
+    >>> ends = sm.constraints.ExactSamples([0, 39])
+    >>> fit = sm.ExactNewton().solve(sm.fit_program(samples, controls=15, constraints=[ends])).require()
+    >>> bool(np.allclose(fit.motion(0.0).translation, samples.translation[0]))
+    True
+    """
 
     numbers: Sequence[int]
     name: str = "exact samples"

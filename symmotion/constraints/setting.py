@@ -20,6 +20,18 @@ class Setting:
     where there are none; linear, translation, quaternions: (M, d, d), (M, d), (M, 4) their parts, None where they
     have none such. moves: whether the translation is unknown; held: whether the keyframes are met; places: of the
     unknowns, where there are several bodies; bodies: the names of those that the constraint is about.
+
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class Early(sm.constraints.MotionConstraint):
+    ...     name: str = "early"
+    ...
+    ...     def stated(self, setting: sm.constraints.Setting):
+    ...         return sm.JetConstraint(lambda jet: jet.dv, at=setting.times[0], name=self.name)
+    >>> keys = sm.examples.planar_keyframes()
+    >>> objective = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(np.eye(2))
+    >>> sm.affine_program(keys, objective=objective, constraints=[Early()]).constraint("early").is_equality
+    True
     """
 
     spaces: tuple[JetSpace, ...]
@@ -89,7 +101,11 @@ def placed(times: np.ndarray, domain: tuple[float, float], marks: np.ndarray, na
 
 
 def dense_times(times: np.ndarray, density: int, name: str) -> np.ndarray:
-    """`density` times inside every interval of times (M,), equally spaced."""
+    """`density` times inside every interval of times (M,), equally spaced.
+
+    >>> sm.constraints.dense_times(np.array([0.0, 1.0, 3.0]), 1, "bound")
+    array([0.5, 2. ])
+    """
     density = checks.whole(density, 1, f"{name}: density")
     share = np.arange(1, density + 1) / (density + 1)
     return (times[:-1, None] + np.diff(times)[:, None] * share).ravel()

@@ -5,17 +5,20 @@ from math import comb
 
 import numpy as np
 
-from symmotion.checks import numbers, read_only, whole
+from symmotion.checks import numbers, whole
 from symmotion.errors import InputError
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 
 def bernstein(degree: int, u, nu: int = 0) -> np.ndarray:
     """The nu-th derivatives of the Bernstein polynomials B_k(u) = C(L, k) (1 − u)^(L−k) u^k.
 
     u: (N,) in [0, 1]. Returns (N, L + 1), L the degree.
+
+    >>> sm.curves.bernstein(2, 0.5)
+    array([[0.25, 0.5 , 0.25]])
     """
     return BSplineBasis.clamped([0.0, 1.0], degree)(u, nu)
 
@@ -24,6 +27,9 @@ def bezier(control_points, domain: tuple[float, float] = (0.0, 1.0)) -> Spline:
     """The Bézier curve Σ B_k(u) P_k, u the share of the domain passed (lecture notes, "Bernstein polynomials").
 
     control_points: (L + 1, …), at least two, for degree L; domain: in units of time.
+
+    >>> sm.curves.bezier([[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]])(0.5)
+    array([1., 1.])
     """
     points = _check_points(control_points)
     if len(points) < 2:
@@ -37,6 +43,9 @@ def de_casteljau(control_points, u: float) -> tuple[np.ndarray, ...]:
     control_points: (L + 1, …); u: the share of the domain passed, below 0 or above 1 beyond its
     ends. Returns the levels r = 0 … L, arrays (L + 1 − r, …); the last one holds the curve's point.
     The first points of all levels are the controls of the part before u, the last ones of that after.
+
+    >>> [level.tolist() for level in sm.curves.de_casteljau([0.0, 2.0, 0.0], 0.5)]
+    [[0.0, 2.0, 0.0], [1.0, 1.0], [1.0]]
     """
     points = _check_points(control_points)
     if np.ndim(u) or not np.isfinite(u):
@@ -71,6 +80,10 @@ class RationalQuadratic:
 
     control_points: (3, …); weight: w > −1, so that the denominator has no root on the arc;
     w < 1 gives an ellipse, w = 1 a parabola, w > 1 a hyperbola; domain: in units of time.
+
+    >>> arc = sm.curves.RationalQuadratic([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], np.sqrt(0.5))
+    >>> np.linalg.norm(arc(np.linspace(0, 1, 5)), axis=1).round(9)
+    array([1., 1., 1., 1., 1.])
     """
 
     control_points: np.ndarray

@@ -9,7 +9,12 @@ from symmotion.splines import Spline
 
 
 class Curve(Protocol):
-    """What all curves have in common."""
+    """What all curves have in common.
+
+    >>> curve: sm.curves.Curve = sm.curves.bezier([[0.0, 0.0], [1.0, 2.0]])
+    >>> curve.domain, curve(0.5), curve(0.5, nu=1)
+    ((0.0, 1.0), array([0.5, 1. ]), array([1., 2.]))
+    """
 
     @property
     def domain(self) -> tuple[float, float]: ...

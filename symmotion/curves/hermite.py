@@ -26,6 +26,9 @@ def hermite_spline(times, values, slopes, right_slopes=None, *, periodic: bool =
     right_slopes: (M, …) the slopes after each key where they differ from `slopes`, those before
     it; such a key is broken: the spline is only continuous there, else C¹.
     periodic: the last key is the first one a period later.
+
+    >>> sm.curves.hermite_spline([0.0, 1.0], [0.0, 1.0], [0.0, 0.0])(0.5)
+    array(0.5)
     """
     times, values = check_keys(times, values, 2)
     origin, times = from_origin(times)
@@ -78,6 +81,9 @@ def catmull_rom(times, values, ends: str = "second-order", end_slopes=None) -> S
         s_0 = ((t_2 − t_0) c_0 − (t_1 − t_0) (y_2 − y_0) / (t_2 − t_0)) / (t_2 − t_1);
         "natural", no acceleration at the end (M ≥ 2); "clamped", with `end_slopes` (2, …);
         "periodic", the last key being the first one a period later (M ≥ 3).
+
+    >>> sm.curves.catmull_rom([0.0, 1.0, 3.0], [0.0, 1.0, 9.0])([0.0, 1.0, 3.0], nu=1)
+    array([0., 2., 6.])
     """
     return kochanek_bartels(times, values, ends=ends, end_slopes=end_slopes)
 
@@ -103,6 +109,11 @@ def kochanek_bartels(
     times: (M,) increasing; values: (M, …); tension, continuity, bias: one number for all keys or
     (M,), each in [−1, 1]. ends: see `catmull_rom`. An end key has one chord only: tension shortens
     its second-order slope, continuity and bias mean nothing there and must be 0 where given per key.
+
+    >>> loose = sm.curves.kochanek_bartels([0.0, 1.0, 2.0], [0.0, 1.0, 0.5])
+    >>> tight = sm.curves.kochanek_bartels([0.0, 1.0, 2.0], [0.0, 1.0, 0.5], tension=1.0)
+    >>> loose(1.0, nu=1), tight(1.0, nu=1)
+    (array(0.25), array(0.))
     """
     choice(ends, ENDS, "end condition")
     times, values = check_keys(times, values, 3 if ends in ("second-order", "periodic") else 2, f" for {ends} ends")

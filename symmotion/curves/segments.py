@@ -22,6 +22,11 @@ def constraint_matrix(conditions: Conditions) -> np.ndarray:
 
     conditions: L + 1 pairs (parameter, derivative order), distinct; A: coefficients by falling
     powers; G: the constraints' values (lecture notes, "Parametric cubic curves from constraints").
+
+    >>> sm.curves.constraint_matrix([(0, 0), (1, 0), (1, 1)])
+    array([[0., 0., 1.],
+           [1., 1., 1.],
+           [2., 1., 0.]])
     """
     checked = _check(conditions)
     size = len(checked)
@@ -36,6 +41,12 @@ def basis_matrix(conditions: Conditions) -> np.ndarray:
     """(L+1, L+1) M = B⁻¹, the basis matrix of a list of constraints: x(t) = [t^L … t 1] M G.
 
     Raises InputError for a singular list, with a polynomial that the constraints do not see.
+
+    >>> sm.curves.basis_matrix([(0, 0), (1, 0), (0, 1), (1, 1)]).round(9) + 0.0
+    array([[ 2., -2.,  1.,  1.],
+           [-3.,  3., -2., -1.],
+           [ 0.,  0.,  1.,  0.],
+           [ 1.,  0.,  0.,  0.]])
     """
     checked = _check(conditions)
     _require_regular(checked, _hull(checked))
@@ -43,7 +54,11 @@ def basis_matrix(conditions: Conditions) -> np.ndarray:
 
 
 def blending_functions(conditions: Conditions, domain: tuple[float, float] = (0.0, 1.0)) -> Spline:
-    """The polynomials [t^L … t 1] M, each the weight of one constraint: a curve with values (L + 1,)."""
+    """The polynomials [t^L … t 1] M, each the weight of one constraint: a curve with values (L + 1,).
+
+    >>> sm.curves.blending_functions([(0, 0), (1, 0)])(0.25)
+    array([0.75, 0.25])
+    """
     return polynomial_segment(conditions, np.eye(len(list(conditions))), domain)
 
 
@@ -62,6 +77,9 @@ def polynomial_segment(
     CasADi (L + 1, d), and then the curve is a SymbolicSpline of them; domain: of the segment.
 
     Raises InputError for a singular list, with a polynomial that the constraints do not see.
+
+    >>> sm.curves.polynomial_segment([(0, 0), (0.5, 0), (1, 0)], [0.0, 1.0, 0.0])(0.25)
+    array(0.75)
     """
     checked, domain = _check(conditions), check_domain(domain)
     given = values if isinstance(values, SYMBOLIC) else numbers(values, "values")

@@ -24,6 +24,12 @@ def symbolic_basis(knots: Expression, degree: int, t: Expression, nu: int = 0, e
     knots: (n + p + 1,) and t: (N,) or one, each numbers or CasADi; knots must not decrease and t
     must lie in the domain [t_p, t_n], which for symbols is the caller's care: elsewhere the values
     are NaN, or with `extrapolate` the end pieces continued.
+
+    >>> import casadi as ca
+    >>> t = ca.SX.sym("t")
+    >>> hats = ca.Function("hats", [t], [sm.curves.symbolic_basis([0.0, 0.0, 1.0, 1.0], 1, t)])
+    >>> hats(0.25)
+    DM([[0.75, 0.25]])
     """
     knots, t = _column(knots), _column(t)
     degree, nu = whole(degree, 0, "degree"), whole(nu, 0, "derivative order")
@@ -70,6 +76,11 @@ class SymbolicSpline:
     knots: (n + degree + 1,), non-decreasing, numbers or CasADi; control_points: (n, d), numbers or CasADi.
     Every value is an expression of both, so that `casadi.jacobian` differentiates by either. Two of
     them are equal where they are one: what symbols stand for is open.
+
+    >>> import casadi as ca
+    >>> p = ca.SX.sym("p", 2, 1)
+    >>> sm.curves.SymbolicSpline([0.0, 0.0, 1.0, 1.0], p, 1)(0.25)
+    SX(((0.75*p_0)+(0.25*p_1)))
     """
 
     knots: Expression

@@ -21,7 +21,11 @@ LEAST_DIGITS = 6  # of a length that is of use: rounding may leave fewer than ar
 
 
 def speed(curve: Curve, t) -> np.ndarray:
-    """‖x'(t)‖, the shape of t; of a scalar curve |x'(t)|."""
+    """‖x'(t)‖, the shape of t; of a scalar curve |x'(t)|.
+
+    >>> sm.curves.speed(sm.curves.bezier([[0.0, 0.0], [3.0, 4.0]]), [0.0, 1.0])
+    array([5., 5.])
+    """
     t = numbers(t, "times")
     return np.linalg.norm(curve(t, 1).reshape(*t.shape, -1), axis=-1)
 
@@ -31,6 +35,9 @@ def arc_length(curve: Curve, start: float | None = None, end: float | None = Non
 
     Adaptive quadrature by pieces, to 1e-14 of the length or what rounding leaves: far from the origin x' has fewer
     digits. Raises InputError where the speed is no number, SolveError where the length is not found to six digits.
+
+    >>> round(sm.curves.arc_length(sm.curves.bezier([[0.0, 0.0], [3.0, 4.0]])), 9)
+    5.0
     """
     a, b = curve.domain
     start, end = a if start is None else float(start), b if end is None else float(end)
@@ -65,6 +72,10 @@ class ArcParameter:
     """The parameter of a curve as a function of the arc length passed, scaled to a domain: a warp of constant speed.
 
     domain: of the new parameter; (0, length) when left out, which gives speed 1.
+
+    >>> curve = sm.curves.bezier([[0.0, 0.0], [0.0, 0.0], [4.0, 0.0]])
+    >>> round(float(curve(sm.curves.ArcParameter(curve)(2.0))[0]), 6)
+    2.0
     """
 
     curve: Curve
@@ -163,6 +174,10 @@ class Retimed:
 
     curve: x; warp: w, a scalar curve (a Spline, as from `slow_in_out`) or an ArcParameter, with
     values in the domain of the curve. Derivatives are composed as Taylor series, to any order.
+
+    >>> curve = sm.curves.bezier([[0.0, 0.0], [4.0, 0.0]])
+    >>> sm.curves.Retimed(curve, sm.curves.smooth_step())(0.25)
+    array([0.625, 0.   ])
     """
 
     curve: Curve
@@ -241,7 +256,12 @@ class Retimed:
 
 
 def constant_speed(curve: Curve, domain: tuple[float, float] | None = None) -> Retimed:
-    """The curve reparametrised to constant speed; by arc length, so with speed 1, when `domain` is left out."""
+    """The curve reparametrised to constant speed; by arc length, so with speed 1, when `domain` is left out.
+
+    >>> curve = sm.curves.bezier([[0.0, 0.0], [0.0, 1.0], [4.0, 1.0]])
+    >>> sm.curves.speed(sm.curves.constant_speed(curve), [0.1, 1.0, 2.0]).round(6)
+    array([1., 1., 1.])
+    """
     return Retimed(curve, ArcParameter(curve, domain))  # pyright: ignore[reportArgumentType]
 
 
@@ -255,6 +275,9 @@ def slow_in_out(
 
     slow_in, slow_out: the shares of the domain for speeding up and slowing down, each ≥ 0,
     together at most 1; domain: of the new time; values: from where to where it leads.
+
+    >>> sm.curves.slow_in_out(0.25, 0.25)([0.0, 0.5, 1.0], nu=1).round(6)
+    array([0.      , 1.333333, 0.      ])
     """
     a, b = check_domain(domain)
     if not (slow_in >= 0 and slow_out >= 0 and slow_in + slow_out <= 1):
@@ -278,7 +301,11 @@ def slow_in_out(
 
 
 def smooth_step(order: int = 1, domain: tuple[float, float] = (0.0, 1.0)) -> Spline:
-    """The time warp from 0 to 1 of degree 2 k + 1 whose first k derivatives are zero at both ends; k = `order`."""
+    """The time warp from 0 to 1 of degree 2 k + 1 whose first k derivatives are zero at both ends; k = `order`.
+
+    >>> sm.curves.smooth_step()([0.0, 0.25, 1.0])
+    array([0.     , 0.15625, 1.     ])
+    """
     return bezier(np.repeat([0.0, 1.0], whole(order, 0, "order") + 1), domain)
 
 

@@ -77,6 +77,12 @@ def affine_program(
     Raises InputError for what cannot be: more conditions in a span than controls, an end
     condition that needs more keyframes, an objective of another dimension, conditions that
     repeat or contradict each other.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes(), objective=sm.Rigidity(2))
+    >>> program.unknowns, program.conditions
+    (36, 16)
+    >>> round(sm.ExactNewton().solve(program).require().objective, 3)
+    891.215
     """
     began = perf_counter()
     keys = apart_keyframes(keys)
@@ -140,6 +146,10 @@ class AffineDesign:
     """The question of an affine program: keyframes, objective, and the spline space with its start.
 
     start: controls (n, d² + d), translation included whether the objective sees it or not.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> program.design.motion(program.unpack(program.x0))
+    AffineMotion(2D, degree 3, 9 controls, times 0 to 1)
     """
 
     keyframes: Keyframes

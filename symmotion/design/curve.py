@@ -68,6 +68,10 @@ def curve_program(
 
     Raises InputError for conditions that repeat or depend on one another, or that leave part of
     the curve undetermined.
+
+    >>> at = sm.constraints.CurveCondition.at([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], name="values")
+    >>> round(sm.ExactNewton().solve(sm.curve_program([at])).require().objective, 6)
+    6.0
     """
     began = perf_counter()
     energy = as_objective(objective, Bending(order))
@@ -228,6 +232,10 @@ class CurveDesign:
 
     constraints: those that are no `CurveCondition`; order: the lowest derivative that the objective sees;
     breaks: (B,) times where the curve is only continuous.
+
+    >>> at = sm.constraints.CurveCondition.at([0.0, 1.0, 2.0], [0.0, 1.0, 0.0])
+    >>> sm.curve_program([at]).design.basis.degree
+    3
     """
 
     conditions: tuple[CurveCondition, ...]

@@ -79,6 +79,12 @@ def free_times_program(
     Multipliers: "keyframes" as in `affine_program`; "total time", ∂f*/∂T = −λ, which is k f/T for
     an objective that falls as 1/Tᵏ where no step is at its least; "order" (M − 1,), one per step.
     `design.times(x)` and `design.keyframes_at(x)` read the times.
+
+    >>> keys = sm.examples.planar_keyframes()
+    >>> fixed = sm.ExactNewton().solve(sm.affine_program(keys)).require()
+    >>> free = sm.ExactNewton().solve(sm.free_times_program(keys)).require()
+    >>> free.objective < fixed.objective
+    True
     """
     began = perf_counter()
     keyframes, asked = apart_keyframes(keys), as_constraints(constraints)
@@ -109,7 +115,12 @@ def free_times_program(
 
 @dataclass(frozen=True, eq=False)
 class FreeTimesDesign:
-    """The question of a program with free times: keyframes (whose times are the start), objective, spline space."""
+    """The question of a program with free times: keyframes (whose times are the start), objective, spline space.
+
+    >>> program = sm.free_times_program(sm.examples.planar_keyframes())
+    >>> program.design.times(program.x0).round(3)
+    array([0.   , 0.335, 0.666, 1.   ])
+    """
 
     keyframes: Keyframes
     objective: Energy

@@ -34,6 +34,12 @@ def join(programs: Mapping[str, Program], constraints: Sequence[MotionConstraint
     parameters of the coupling constraints theirs. `solution.motions` has the motions by body.
 
         join({"arm": arm, "hand": hand}, [JetConstraint(lambda a, b: a.place(tip) - b.place([0, 0, 0]), name="hinge")])
+
+    >>> keys = sm.examples.spatial_keyframes()
+    >>> one = sm.affine_program(keys, objective=sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(np.eye(3)))
+    >>> meet = sm.JetConstraint(lambda a, b: a.dv - b.dv, at=[0.5], name="same velocity")
+    >>> sorted(sm.ExactNewton().solve(sm.join({"a": one, "b": one}, [meet])).require().motions)
+    ['a', 'b']
     """
     began = perf_counter()
     if not isinstance(programs, Mapping) or len(programs) < 2:
@@ -54,7 +60,12 @@ def join(programs: Mapping[str, Program], constraints: Sequence[MotionConstraint
 
 @dataclass(frozen=True, eq=False)
 class JoinedDesign:
-    """The question of several bodies: the program of each, and what couples them."""
+    """The question of several bodies: the program of each, and what couples them.
+
+    >>> one = sm.affine_program(sm.examples.planar_keyframes())
+    >>> list(sm.join({"left": one, "right": one}).design.programs)
+    ['left', 'right']
+    """
 
     programs: dict[str, Program]
     constraints: tuple[JetConstraint, ...]

@@ -42,6 +42,11 @@ def measure(motion: Called | SplineLike, energy: Energy, *, times: ArrayLike | N
 
         value = sm.measure(motion, sm.StrainRate())
         print(value, value.error)
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.quarter_turn())
+    >>> value = sm.measure(motion, sm.Rigidity(2))
+    >>> round(value, 6), value.error < 1e-9
+    (32.0, True)
     """
     if not isinstance(energy, Energy):
         swapped = ": the motion comes first, then the energy" if isinstance(motion, Energy) else ""

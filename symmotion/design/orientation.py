@@ -85,6 +85,11 @@ def orientation_program(
     turns, signs: extra turns and the reading of signs, as in `interpolate_quaternions`.
 
     Raises InputError for what cannot be; starts from the interpolating curve, so SolveError where there is none.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> program = sm.orientation_program(keys, objective=sm.Torque((1.0, 2.0, 2.5)))
+    >>> sm.ExactNewton().solve(program).require().inertia
+    'positive'
     """
     began = perf_counter()
     asked = as_constraints(constraints)
@@ -97,7 +102,12 @@ def orientation_program(
 
 @dataclass(frozen=True, eq=False)
 class OrientationDesign:
-    """The question of an orientation program: keyframes, objective, constraints, ends, and the curve to start from."""
+    """The question of an orientation program: keyframes, objective, constraints, ends, and the curve to start from.
+
+    >>> program = sm.orientation_program(sm.examples.random_keyframes(3, 40, seed=1))
+    >>> program.design.ends
+    'natural'
+    """
 
     keys: OrientationKeys
     objective: Energy

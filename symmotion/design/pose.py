@@ -63,6 +63,11 @@ def pose_program(
     objective: an energy or weighted sum of energies of the jet (`RigidJet`); Torque() plus a TrajectoryEnergy of
         the origin when left out, which is ∫ ‖Ω̇‖² + ‖v̈‖² and leaves position and orientation apart. It has to see the
         translation. The rest is as in `orientation_program`; `end_rates` are those of the turn.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> solution = sm.ExactNewton().solve(sm.pose_program(keys)).require()
+    >>> solution.motion
+    PoseMotion(times 0 to 3)
     """
     began = perf_counter()
     asked = as_constraints(constraints)
@@ -109,7 +114,12 @@ def _refined(spline: Spline, turning: OrientationDesign, keys: OrientationKeys) 
 
 @dataclass(frozen=True, eq=False)
 class PoseDesign:
-    """The question of a pose program; translation: (M, 3) of the keyframes; start: (n, 3) control points."""
+    """The question of a pose program; translation: (M, 3) of the keyframes; start: (n, 3) control points.
+
+    >>> program = sm.pose_program(sm.examples.random_keyframes(3, 40, seed=1))
+    >>> program.design.translation.shape
+    (3, 3)
+    """
 
     turning: OrientationDesign
     translation: np.ndarray

@@ -11,6 +11,7 @@ from symmotion import checks
 from symmotion.energies.energy import Energy
 from symmotion.errors import InputError
 from symmotion.jets import BodyJet, Jet
+from symmotion.values import read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +21,10 @@ class Rigidity(Energy):
     order: k. test_vectors: (d, T), columns q_i that span the space, the unit vectors when left
     out; weights: (T, T) symmetric, not negative, ones when left out. R has the unit
     length⁴/time for k = 1 and length⁴/time³ for k = 2.
+
+    >>> linear = sm.interpolants.component_cubic(sm.examples.quarter_turn())
+    >>> round(sm.measure(linear, sm.Rigidity(2)), 6)
+    32.0
     """
 
     order: int = 1
@@ -37,14 +42,14 @@ class Rigidity(Energy):
         if not whole or self.order not in (1, 2):
             raise InputError(f"rigidity of order {checks.told(self.order)}: 1 (HJK 10) or 2 (HJK 11) is needed")
         if self.test_vectors is not None:
-            q = checks.read_only(checks.numbers(self.test_vectors, "test vectors"))
+            q = read_only(checks.numbers(self.test_vectors, "test vectors"))
             if q.ndim != 2 or not np.isfinite(q).all():
                 raise InputError(f"test vectors of shape {q.shape}: finite columns, shape (d, T), are needed")
             if np.linalg.matrix_rank(q) < len(q):
                 raise InputError(f"the {q.shape[1]} test vectors do not span the {len(q)}-dimensional space")
             object.__setattr__(self, "test_vectors", q)
         if self.weights is not None:
-            w = checks.read_only(checks.numbers(self.weights, "weights"))
+            w = read_only(checks.numbers(self.weights, "weights"))
             if w.ndim != 2 or w.shape[0] != w.shape[1] or not np.isfinite(w).all():
                 raise InputError(f"weights of shape {w.shape}: a finite square array (T, T) is needed")
             if (w < 0).any():
@@ -88,6 +93,10 @@ class TrajectoryEnergy(Energy):
 
     points: (P, d) body points p_i; masses: (P,) positive, ones when left out. Unit:
     mass · length²/time³.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> round(sm.measure(motion, sm.TrajectoryEnergy(np.zeros((1, 2)))), 3)
+    567.198
     """
 
     points: np.ndarray
@@ -98,12 +107,12 @@ class TrajectoryEnergy(Energy):
         def __init__(self, points: ArrayLike, masses: ArrayLike | None = None) -> None: ...
 
     def __post_init__(self):
-        points = checks.read_only(checks.numbers(self.points, "body points"))
+        points = read_only(checks.numbers(self.points, "body points"))
         if points.ndim != 2 or not points.size or not np.isfinite(points).all():
             raise InputError(f"body points of shape {points.shape}: finite, shape (P, d), P ≥ 1, is needed")
         object.__setattr__(self, "points", points)
         if self.masses is not None:
-            masses = checks.read_only(checks.numbers(self.masses, "masses"))
+            masses = read_only(checks.numbers(self.masses, "masses"))
             if masses.shape != (len(points),):
                 raise InputError(f"masses of shape {masses.shape} for {len(points)} points")
             if not (masses > 0).all() or not np.isfinite(masses).all():

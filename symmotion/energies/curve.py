@@ -16,6 +16,10 @@ class Bending(Energy):
     """∫ ‖x⁽ᵏ⁾‖² dt of a curve x; natural splines of degree 2k − 1 make it least.
 
     order: k, 1, 2 or 3. Unit: length²/time²ᵏ⁻¹.
+
+    >>> line = sm.curves.bezier([[0.0, 0.0], [1.0, 1.0]])
+    >>> float(sm.measure(line, sm.energies.Bending()))
+    0.0
     """
 
     order: int = 2

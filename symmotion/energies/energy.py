@@ -25,6 +25,13 @@ class Energy:
 
     The jet is that of whatever motion the energy is asked of: `Jet`, `RigidJet`, `CurveJet`. Arrays in the fields of
     a subclass that is a dataclass are copied, and refuse writes.
+
+    >>> class Drift(sm.energies.Energy):
+    ...     def residuals(self, jet):
+    ...         return jet.dv
+    >>> motion = sm.interpolants.component_cubic(sm.examples.quarter_turn())
+    >>> round(sm.measure(motion, Drift()), 6)
+    9.0
     """
 
     def __init_subclass__(cls, **options: object):
@@ -134,7 +141,12 @@ class Energy:
 
 @dataclass(frozen=True, eq=False)
 class EnergySum(Energy):
-    """A weighted sum of energies; its weights are finite and not all zero, negative only in differences `a - b`."""
+    """A weighted sum of energies; its weights are finite and not all zero, negative only in differences `a - b`.
+
+    >>> total = sm.Rigidity() + 0.1 * sm.Rigidity(2)
+    >>> [(weight, part.name) for weight, part in total.parts]
+    [(1.0, 'R'), (0.1, 'R*')]
+    """
 
     weighted: tuple[tuple[float, Energy], ...]
 
@@ -175,6 +187,12 @@ class JetEnergy(Energy):
     gauss_nodes: per span; when left out, as many as the quadrature error asks for.
 
         JetEnergy(lambda jet: jet.ddv, squares=True, label="acceleration of the origin")
+
+    >>> import casadi as ca
+    >>> slow = sm.JetEnergy(lambda jet: jet.dv, squares=True, label="speed")
+    >>> motion = sm.interpolants.component_cubic(sm.examples.quarter_turn())
+    >>> round(sm.measure(motion, slow), 6)
+    9.0
     """
 
     function: Callable[[OwnJet], ca.SX]

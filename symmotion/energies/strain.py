@@ -16,6 +16,11 @@ class StrainRate(Energy):
     It is the same for U A(t) B with U orthogonal and B any nonsingular matrix, which answers
     the open question of HJK 3.1; in the affine-invariant metric of positive definite matrices it
     is the squared speed of G. Unit 1/time. A must stay nonsingular.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.sheared_turn())
+    >>> other = sm.AffineMotion(motion.basis, motion.linear @ [[2.0, 1.0], [0.0, 1.0]], motion.translation)
+    >>> round(sm.measure(motion, sm.StrainRate()) - sm.measure(other, sm.StrainRate()), 9) + 0.0
+    0.0
     """
 
     @property
@@ -38,6 +43,10 @@ class StrainAcceleration(Energy):
     Zero where G moves along a geodesic of the affine-invariant metric; invariant like S. With
     B = Ȧ A⁻¹ and C = Ä A⁻¹ its residuals are C + Cᵀ + 2BᵀB − (B + Bᵀ)². Unit 1/time³. A must
     stay nonsingular.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.quarter_turn())
+    >>> round(sm.measure(motion, sm.StrainAcceleration()), 6)
+    46.466075
     """
 
     @property

@@ -30,6 +30,11 @@ class Continued:
     neighbour's at "u1", and the other way round. order: "G0", "G1" or "G2". ratio: of the speeds across.
     The one factor w of the neighbour's coordinates, which its displacements do not depend on, is the
     closest to the net's own.
+
+    >>> left = sm.motions.smooth_net(8)
+    >>> right = sm.motions.noisy_net(left, 0.01, seed=1)
+    >>> sm.fairing.Continued(left, "G1").order
+    'G1'
     """
 
     net: Fairable

@@ -88,6 +88,11 @@ class Jumps:
     """The jumps of a net (n, m, C) at its knots (K, L): Δ_uuu = a X Nᵀ and Δ_vvv = N X bᵀ.
 
     A curve is a net of m = 1 with Δ_uuu only.
+
+    >>> net = sm.motions.smooth_net(7)
+    >>> jumps = sm.fairing.Jumps.of((net.u, net.v))
+    >>> jumps.fairness(net.real).shape
+    (3, 3)
     """
 
     u: Direction
@@ -150,6 +155,11 @@ class StepTables:
 
     reach: how many knots away, (3, 3) for nine moved controls, (4, 4) for all 21; solve: (K, L,
     kinds, kinds) M⁻¹.
+
+    >>> net = sm.motions.smooth_net(9)
+    >>> sm.fairing.StepTables(sm.fairing.Jumps.of((net.u, net.v)), "nine").solve[2, 2].round(4)
+    array([[ 0.0308, -0.0064],
+           [-0.0064,  0.0308]])
     """
 
     jumps: Jumps

@@ -15,7 +15,7 @@ from symmotion.motions.dual import DualQuaternions, as_quaternion
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions import conjugate, product
 from symmotion.splines import BSplineBasis
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 Hold = Literal["displacement", "rotation"]
 At: TypeAlias = float | Sequence[float]
@@ -35,6 +35,12 @@ class NetKeyframe:
     at: the parameters. displacement: one `DualQuaternions` or `Affine`. weight: None for D(u, v) ∝ D*, 7 equations
     of the 8 coordinates, 3 of 4 where the motion is spherical; w > 0 for D(u, v) = w D*, with Q* of length 1.
     hold: "displacement", or "rotation": of the real part alone.
+
+    >>> net = sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1)
+    >>> there = net(5.0, 5.0)
+    >>> kept = sm.fair(net, "least-squares", keyframes=[((5.0, 5.0), there)])
+    >>> bool(np.allclose(kept.motion(5.0, 5.0).linear, there.linear))
+    True
     """
 
     at: At
@@ -50,6 +56,12 @@ class NetPlace:
     """A body point p (3,) that is at x (3,) at (u, v): x Q = p turned by Q + 2 Q⁰ as quaternions, x Q − Q p = 2 Q⁰.
 
     Four equations: the fourth is Q · Q⁰ = 0 there, where the dual part moves together with the real one.
+
+    >>> net = sm.motions.noisy_net(sm.motions.smooth_net(7, spatial=True), 0.01, seed=1)
+    >>> place = net.trajectory([0.0, 0.0, 0.0], 5.0, 5.0)[0]
+    >>> kept = sm.fair(net, "least-squares", keyframes=[sm.fairing.NetPlace((5.0, 5.0), np.zeros(3), place)])
+    >>> bool(np.allclose(kept.motion.trajectory([0.0, 0.0, 0.0], 5.0, 5.0)[0], place))
+    True
     """
 
     at: At
@@ -61,7 +73,7 @@ class NetPlace:
     def __post_init__(self):
         for name in ("point", "place"):
             given = checks.array(getattr(self, name), (3,), f"{name} of a keyframe").copy()
-            object.__setattr__(self, name, checks.read_only(given))
+            object.__setattr__(self, name, read_only(given))
 
 
 Asked: TypeAlias = NetKeyframe | NetPlace | tuple[At, Affine | DualQuaternions]

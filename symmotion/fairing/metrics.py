@@ -22,6 +22,10 @@ class Metric:
     control to control. Turning a frame changes nothing anywhere.
 
     scale: (n, m), None for ones; form: (C, C), None for the identity; forms: (n, m, C, C), None where one is for all.
+
+    >>> net = sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1)
+    >>> sm.fair(net, "least-squares", weights=np.ones((7, 7))).status.value
+    'solved'
     """
 
     scale: np.ndarray | None = None

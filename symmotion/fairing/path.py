@@ -28,6 +28,10 @@ class FairingPath:
     G and the displacement D = Σ|d − d⁰|² are monotone in w, and dG = −w dD along the path.
 
     weights: (P,) increasing; fairness: (P,) G; displacement: (P,) D; slopes: (P,) dD / d log w; coordinates: N, free.
+
+    >>> path = sm.fairing.fairing_path(sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1), count=5)
+    >>> bool((np.diff(path.displacement) <= 1e-9).all())
+    True
     """
 
     weights: np.ndarray

@@ -20,6 +20,10 @@ class FairingStatus(StrEnum):
     again for good, past its minimum, and the best net was kept; CAP: the cap on steps was reached;
     EXHAUSTED: no step is left that the tolerance allows; STALLED: a step changed G by less than was
     asked for, PCG (23); FAILED: a solver failed.
+
+    >>> result = sm.fair(sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1), max_steps=3)
+    >>> result.status is sm.fairing.FairingStatus.CAP
+    True
     """
 
     TARGET = "target"
@@ -52,6 +56,10 @@ class FairingResult(Generic[AnyMotion]):
 
     Of a keyframe multipliers["keyframes"] (M, d) are what it costs: with another D* + η, both parts over the length of
     Q* and the dual one over `length`, the objective changes by −κ λ · η (with a weight given, by −w λ · η).
+
+    >>> result = sm.fair(sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1), max_steps=20)
+    >>> result.final < result.initial
+    True
     """
 
     motion: AnyMotion

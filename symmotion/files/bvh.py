@@ -39,6 +39,14 @@ def read_bvh(
 
     Raises InputError that names the file and the line at fault: also where the frames are not
     as many, or not as long, as the file claims.
+
+    >>> from pathlib import Path
+    >>> lines = ["HIERARCHY", "ROOT Hips", "{", "OFFSET 0 0 0", "CHANNELS 3 Zrotation Xrotation Yrotation", "End Site"]
+    >>> lines += ["{", "OFFSET 0 1 0", "}", "}", "MOTION", "Frames: 2", "Frame Time: 0.5", "0 0 0", "90 0 0"]
+    >>> Path("hips.bvh").write_text("\\n".join(lines)) > 0
+    True
+    >>> [joint.name for joint in sm.files.read_bvh("hips.bvh").joints][0]
+    'Hips'
     """
     return _read(path, offsets, frames, encoding)[0]
 

@@ -27,6 +27,10 @@ class Option:
     of_text: makes its value of a word, for the command line, bool where it is a flag without one,
     None where words cannot say it; default: what leaving it out means, None where the format
     decides; check: from a value and its name to the value, or an InputError.
+
+    >>> row = next(row for row in sm.files.FORMATS if row.name == "tum" and row.holds == "keyframes")
+    >>> "lost" in [option.name for option in row.reading]
+    True
     """
 
     name: str
@@ -51,6 +55,10 @@ class Format:
     claims: of formats that share an ending, whether the file at a path is of this one.
     check: what can be refused before there is anything to write, from a path and the options of `write`.
     whole: whether `write` itself leaves a whole file or none; of others what they write is moved in place at the end.
+
+    >>> rows = [row for row in sm.files.FORMATS if "tum" in row.endings]
+    >>> [row.holds for row in rows]
+    ['keyframes', 'motion']
     """
 
     name: str

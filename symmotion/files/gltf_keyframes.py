@@ -10,7 +10,6 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import read_only
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.gltf_channels import LEAST_NORM, Channel, channel_of, merged_keys, put_on, require_turns, unit
@@ -31,6 +30,7 @@ from symmotion.files.gltf_skins import bound_corners, own_skin
 from symmotion.files.recording import Recording
 from symmotion.motions import Keyframes
 from symmotion.motions.quaternions.algebra import rotate
+from symmotion.values import read_only
 
 AT_REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
 PART = 2**12  # keys at which a node is placed at once, and nodes that are
@@ -55,6 +55,13 @@ def read_gltf_keyframes(
 
     Read are embedded buffers and files in the same directory or below; not: data of animations under compression.
     Raises InputError that names the file and the entry or byte at fault.
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> turning = sm.quaternions.interpolate_quaternions(keys)
+    >>> path = sm.splines.cubic_interpolant(keys.times, keys.translation)
+    >>> written = sm.files.write_gltf(sm.motions.PoseMotion(turning, path), "poses.glb")
+    >>> sm.files.read_gltf_keyframes("poses.glb", node="body").dimension
+    3
     """
     return read_gltf(path, node=node, animation=animation, times=times).keyframes
 

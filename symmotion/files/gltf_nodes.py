@@ -45,13 +45,7 @@ def shown(items: Items) -> str:
 
 def parents_of(nodes: Items) -> dict[int, int]:
     """The parent of every node that has one; InputError where a node has two or is its own ancestor."""
-    above_of: dict[int, int] = {}
-    for k, node in enumerate(nodes):
-        for child in node.items("children"):
-            c = child.whole(0, len(nodes) - 1)
-            if c in above_of:
-                raise child.fault(f"node {c} has two parents")
-            above_of[c] = k
+    above_of = _plainly(nodes.values) or _named(nodes)
     done: set[int] = set()
     for k in range(len(nodes)):
         way: set[int] = set()
@@ -62,6 +56,30 @@ def parents_of(nodes: Items) -> dict[int, int]:
             way.add(above)
             above = above_of.get(above)
         done |= way
+    return above_of
+
+
+def _plainly(values: list) -> dict[int, int]:
+    """The parents as the document's own lists have them, for a tenth of the time; none where a list is at fault."""
+    lists = [value.get("children", []) if isinstance(value, dict) else None for value in values]
+    if not all(isinstance(children, list) for children in lists):
+        return {}
+    pairs = [(child, k) for k, children in enumerate(lists) for child in children or []]
+    if not all(isinstance(c, float) and c.is_integer() and 0 <= c < len(values) for c, _ in pairs):
+        return {}
+    found = {int(c): k for c, k in pairs}
+    return found if len(found) == len(pairs) else {}
+
+
+def _named(nodes: Items) -> dict[int, int]:
+    """The parents; InputError names the child at fault."""
+    above_of: dict[int, int] = {}
+    for k, node in enumerate(nodes):
+        for child in node.items("children"):
+            c = child.whole(0, len(nodes) - 1)
+            if c in above_of:
+                raise child.fault(f"node {c} has two parents")
+            above_of[c] = k
     return above_of
 
 

@@ -89,6 +89,10 @@ def write_gltf(
 
     Raises InputError for a motion that jumps (naming when), bodies and options of other kinds,
     keys too close for single precision, and a path that cannot be written.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> sm.files.write_gltf(motion, "motion.glb", seconds=2).keys
+    4
     """
     require_order(motion, path, "write_gltf", "a motion")
     format_of(path, None, ("glb",))

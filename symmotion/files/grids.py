@@ -46,6 +46,13 @@ def read_orientation_grid(
 
     Raises InputError that names the line, the first place without an orientation, and crystal symmetry where the
     orientations do not join without it.
+
+    >>> from pathlib import Path
+    >>> rows = [f"{i} {j} {10 * i} {5 * j} 0" for i in range(5) for j in range(5)]
+    >>> Path("grid.txt").write_text("row column phi1 Phi phi2\\n" + "\\n".join(rows)) > 0
+    True
+    >>> sm.files.read_orientation_grid("grid.txt").real.shape
+    (5, 5, 4)
     """
     with readable(path) as handle:
         table = table_of(path, handle, delimiter, False)
@@ -67,7 +74,14 @@ def read_orientation_grid(
 
 @dataclass(frozen=True, eq=False)
 class ToolPath:
-    """Poses of a tool at parameters of a surface: u, v (N,), and the displacements (N,) there."""
+    """Poses of a tool at parameters of a surface: u, v (N,), and the displacements (N,) there.
+
+    >>> net = sm.motions.smooth_net(6, spatial=True)
+    >>> u, v = np.meshgrid(net.u.breakpoints, net.v.breakpoints, indexing="ij")
+    >>> sm.files.write_tool_path(net, "tool.csv", u, v)
+    >>> sm.files.read_tool_path("tool.csv").u.shape == (u.size,)
+    True
+    """
 
     u: np.ndarray
     v: np.ndarray
@@ -92,7 +106,14 @@ class ToolPath:
 
 
 def read_tool_path(path: FilePath, *, delimiter: str | None = None) -> ToolPath:
-    """A table of columns `u v x y z qw qx qy qz` by name, in any order."""
+    """A table of columns `u v x y z qw qx qy qz` by name, in any order.
+
+    >>> net = sm.motions.smooth_net(6, spatial=True)
+    >>> u, v = np.meshgrid(net.u.breakpoints, net.v.breakpoints, indexing="ij")
+    >>> sm.files.write_tool_path(net, "tool.csv", u, v)
+    >>> sm.files.read_tool_path("tool.csv").displacements.shape
+    (16,)
+    """
     wanted = (*PARAMETERS, *TRANSLATION, *QUATERNION)
     with readable(path) as handle:
         table = table_of(path, handle, delimiter, False)
@@ -107,7 +128,12 @@ def read_tool_path(path: FilePath, *, delimiter: str | None = None) -> ToolPath:
 
 
 def write_tool_path(motion: TwoParameterMotion, path: FilePath, u: ArrayLike, v: ArrayLike) -> None:
-    """Write the poses of a motion at parameters u and v that broadcast, unit quaternions, numbers exactly."""
+    """Write the poses of a motion at parameters u and v that broadcast, unit quaternions, numbers exactly.
+
+    >>> net = sm.motions.smooth_net(6, spatial=True)
+    >>> u, v = np.meshgrid(net.u.breakpoints, net.v.breakpoints, indexing="ij")
+    >>> sm.files.write_tool_path(net, "tool.csv", u, v)
+    """
     u, v = (np.array(x) for x in np.broadcast_arrays(checks.numbers(u, "u"), checks.numbers(v, "v")))
     there = motion(u.ravel(), v.ravel())
     pair = DualQuaternions.from_matrices(*there)

@@ -69,6 +69,10 @@ def read_keyframes(
 
     Raises InputError that names the file and the line, or JSON entry, at fault, and for an option
     that the format does not have.
+
+    >>> sm.write_keyframes(sm.examples.random_keyframes(4, 40, seed=1), "walk.tum")
+    >>> sm.read_keyframes("walk.tum")
+    Keyframes(4 in 3D, times 0 to 3)
     """
     _require_path(path, "read_keyframes", Keyframes, "these are keyframes")
     given = {"times": times, "delimiter": delimiter, "node": node, "animation": animation, "columns": columns}
@@ -86,7 +90,13 @@ def read_recording(
     formats: Iterable[Format] = FORMATS,
     **options: object,
 ) -> Recording:
-    """Keyframes as `read_keyframes` reads them, with notes: what was chosen, left out, repaired, and where gaps are."""
+    """Keyframes as `read_keyframes` reads them, with notes: what was chosen, left out, repaired, and where gaps are.
+
+    >>> sm.write_keyframes(sm.examples.random_keyframes(4, 40, seed=1), "walk.tum")
+    >>> recording = sm.files.read_recording("walk.tum", every=2)
+    >>> len(recording.keyframes)
+    3
+    """
     _require_path(path, "read_recording", Keyframes, "these are keyframes")
     found = read_file(path, Recording, formats, "keyframes", format=format, options=options)
     return thinned(found, every, rate)
@@ -96,6 +106,11 @@ def read_motion(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> Affin
     """The motion that `write_motion` wrote to a .json file; InputError names the file and the entry at fault.
 
     formats: as in `read_keyframes`.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> sm.write_motion(motion, "motion.json")
+    >>> sm.files.read_motion("motion.json") == motion
+    True
     """
     _require_path(path, "read_motion", AffineMotion, "this is a motion")
     return read_file(path, AffineMotion, formats, "motion")
@@ -110,6 +125,11 @@ def read_two_parameter(path: FilePath, *, formats: Iterable[Format] = FORMATS) -
     taken as they are. formats: as in `read_keyframes`.
 
     Raises InputError that names the file and the entry at fault.
+
+    >>> net = sm.motions.smooth_net(6)
+    >>> sm.files.write_two_parameter(net, "net.json")
+    >>> sm.files.read_two_parameter("net.json") == net
+    True
     """
     _require_path(path, "read_two_parameter", TwoParameterMotion, "this is a two-parameter motion")
     return read_file(path, TwoParameterMotion, formats, "net")

@@ -14,7 +14,12 @@ GAP = 5.0  # of the median step
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Keyframes, and notes: lines on what a reader chose, repaired and left out."""
+    """Keyframes, and notes: lines on what a reader chose, repaired and left out.
+
+    >>> sm.write_keyframes(sm.examples.random_keyframes(4, 40, seed=1), "walk.tum")
+    >>> sm.files.read_recording("walk.tum", every=2).keyframes
+    Keyframes(3 in 3D, times 0 to 3)
+    """
 
     keyframes: Keyframes
     notes: tuple[str, ...] = ()

@@ -49,6 +49,14 @@ class Skeleton:
 
     Raises InputError that names the joint whose parent does not come before it, for frames of
     another length, and for numbers that are not finite.
+
+    >>> lines = ["HIERARCHY", "ROOT Hips", "{", "OFFSET 0 0 0", "CHANNELS 3 Zrotation Xrotation Yrotation", "End Site"]
+    >>> lines += ["{", "OFFSET 0 1 0", "}", "}", "MOTION", "Frames: 2", "Frame Time: 0.5", "0 0 0", "90 0 0"]
+    >>> from pathlib import Path
+    >>> Path("hips.bvh").write_text("\\n".join(lines)) > 0
+    True
+    >>> sm.files.read_bvh("hips.bvh")
+    Skeleton(2 joints, 2 frames of 0.5 s)
     """
 
     joints: tuple[Joint, ...]
@@ -128,6 +136,14 @@ def joint_trajectories(skeleton: Skeleton) -> np.ndarray:
     """(F, J, 3) where all joints are in all frames: p_j = p_parent + R_parent m_j.
 
     m_j: the offset, with each of its coordinates that has a position channel replaced by that, or added to it.
+
+    >>> from pathlib import Path
+    >>> lines = ["HIERARCHY", "ROOT Hips", "{", "OFFSET 0 0 0", "CHANNELS 3 Zrotation Xrotation Yrotation", "End Site"]
+    >>> lines += ["{", "OFFSET 0 1 0", "}", "}", "MOTION", "Frames: 2", "Frame Time: 0.5", "0 0 0", "90 0 0"]
+    >>> Path("hips.bvh").write_text("\\n".join(lines)) > 0
+    True
+    >>> sm.files.joint_trajectories(sm.files.read_bvh("hips.bvh"))[1, -1].round(9) + 0.0
+    array([-1.,  0.,  0.])
     """
     return joint_positions(skeleton, range(len(skeleton.joints)))[1]
 

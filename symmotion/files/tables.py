@@ -10,10 +10,10 @@ from typing import TextIO
 
 import numpy as np
 
-from symmotion.checks import read_only
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.numbers import finite
+from symmotion.values import read_only
 
 Rows = Iterator[tuple[int, list[str]]]  # the number of the line and its fields
 Columns = Sequence[str]

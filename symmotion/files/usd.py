@@ -41,6 +41,10 @@ def write_usd(
 
     Raises InputError for motions that would need more than 100,000 samples, one that jumps
     (naming when), bodies and options of other kinds, and a path that cannot be written.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> sm.files.write_usd(motion, "motion.usda", tolerance=1e-3).route
+    'matrix samples'
     """
     require_order(motion, path, "write_usd", "a motion")
     format_of(path, None, ("usda",))

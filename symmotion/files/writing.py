@@ -28,6 +28,10 @@ def write_keyframes(
     formats: the table; with one of your own `(*symmotion.files.FORMATS, mine)`.
 
     Raises InputError for keyframes that the format cannot hold and a path that cannot be written.
+
+    >>> sm.write_keyframes(sm.examples.planar_keyframes(), "keys.json")
+    >>> len(sm.read_keyframes("keys.json"))
+    4
     """
     require_order(keyframes, path, "write_keyframes", "keyframes", Keyframes)
     write_file(keyframes, path, formats, "keyframes", format=format)
@@ -59,6 +63,11 @@ def write_motion(
     Raises InputError that names the time of a sample that is singular or reflected or, unless
     `orthonormalise`, further than 1e-6 from rigid (.tum), for options that the format does not
     have, and for a path that cannot be written.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> sm.write_motion(motion, "samples.csv", rate=100)
+    >>> len(sm.read_keyframes("samples.csv"))
+    101
     """
     require_order(motion, path, "write_motion", "a motion")
     placed(motion)
@@ -82,6 +91,10 @@ def write_mesh(mesh: Mesh, path: FilePath, *, formats: Iterable[Format] = FORMAT
 
     Raises InputError for another ending, for a mesh whose coordinates single precision would
     move by more than 1e-4 of its size (stl), and for a path that cannot be written.
+
+    >>> from symmotion.bodies import Mesh
+    >>> corner = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    >>> sm.files.write_mesh(corner, "corner.stl")
     """
     require_order(mesh, path, "write_mesh", "a mesh", Mesh)
     write_file(mesh, path, formats, "mesh")
@@ -92,6 +105,8 @@ def write_two_parameter(motion: TwoParameterMotion, path: FilePath, *, formats: 
 
     Entries: degree (2,), knots_u, knots_v, real (n, m, 4) and for a spatial motion dual
     (n, m, 4), scalar-first. The file appears whole or not at all. formats: as in `write_keyframes`.
+
+    >>> sm.files.write_two_parameter(sm.motions.smooth_net(6), "net.npz")
     """
     require_order(motion, path, "write_two_parameter", "a two-parameter motion", TwoParameterMotion)
     write_file(motion, path, formats, "net")

@@ -17,6 +17,10 @@ class WrittenMotion:
     is the motion up to the rounding of its numbers; error: the largest distance found, between
     the keys too, of the body's outermost vertices from where the motion has them, in the
     motion's unit of length; size: the diagonal of the box about all their places.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> sm.files.write_gltf(motion, "motion.glb").exact
+    True
     """
 
     path: Path

@@ -14,6 +14,10 @@ class CurveJet:
     """A curve and its derivatives at one parameter, as CasADi expressions.
 
     derivatives: orders 0 … 3 of x, a column (D, 1) for points, a matrix where the curve's values are; t: the parameter.
+
+    >>> steep = sm.JetEnergy(lambda jet: jet.ddx, squares=True, label="bending")
+    >>> round(sm.measure(sm.curves.bezier([[0.0], [1.0], [0.0]]), steep), 6)
+    16.0
     """
 
     derivatives: tuple[ca.SX, ...]
@@ -63,6 +67,10 @@ class NetJet:
 
     derivatives: (C, 1) each, by order: d, du, dv, duu, duv, dvv, duuu, …, dvvv. parameters: 2, or 1 of a net that is
     a curve, which has no derivative by v.
+
+    >>> low = sm.JetConstraint(lambda jet: jet.d[0], lower=0.0, upper=np.inf, at=[(4.5, 4.5)], name="scalar part")
+    >>> sm.fairing.fairing_program(sm.motions.smooth_net(6), constraints=[low]).constraint("scalar part").is_equality
+    False
     """
 
     derivatives: tuple[ca.SX, ...]

@@ -11,7 +11,13 @@ PLATE = 1e-6
 
 
 def as_inertia(inertia: ArrayLike | None) -> np.ndarray:
-    """(3, 3) the inertia from a matrix, principal moments (3,) or None; InputError unless a body can have it."""
+    """(3, 3) the inertia from a matrix, principal moments (3,) or None; InputError unless a body can have it.
+
+    >>> sm.energies.as_inertia([1.0, 2.0, 2.5])
+    array([[1. , 0. , 0. ],
+           [0. , 2. , 0. ],
+           [0. , 0. , 2.5]])
+    """
     if inertia is None:
         return np.eye(3)
     moments = checks.numbers(inertia, "inertia")

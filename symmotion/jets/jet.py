@@ -16,6 +16,13 @@ class AnyJet(Protocol):
 
     kind: which jet it is, the same for jets of the same entries. entries: (N, 1), all that it is made of; the
     time is the last.
+
+    >>> seen = []
+    >>> energy = sm.JetEnergy(lambda jet: (seen.append(jet.kind), jet.dx)[1], squares=True, label="speed")
+    >>> round(sm.measure(sm.curves.bezier([[0.0], [2.0]]), energy), 6)
+    4.0
+    >>> set(seen)
+    {'curve 1 × 1'}
     """
 
     @property
@@ -27,7 +34,12 @@ class AnyJet(Protocol):
 
 @runtime_checkable
 class BodyJet(AnyJet, Protocol):
-    """A jet of a moving body: affine, orientation or pose."""
+    """A jet of a moving body: affine, orientation or pose.
+
+    >>> tip = sm.JetConstraint(lambda jet: jet.place([1.0, 0.0])[1], lower=-10.0, upper=np.inf, name="floor")
+    >>> sm.excess(sm.interpolants.component_cubic(sm.examples.planar_keyframes()), tip).value
+    0.0
+    """
 
     @property
     def dimension(self) -> int: ...

@@ -21,6 +21,11 @@ class RigidJet:
     turn, rates, path: make the quaternion, Ω with Ω̇, and the derivatives 0 … 3 of the origin when they are asked for,
     since products of exponentials are long; path is None for an orientation alone, whose origin rests at zero.
     t: the time. A body point p is at v + R p.
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> slow = sm.JetEnergy(lambda jet: jet.rate, squares=True, label="turn")
+    >>> sm.measure(sm.quaternions.interpolate_quaternions(keys), slow) > 0
+    True
     """
 
     turn: Callable[[], ca.SX]

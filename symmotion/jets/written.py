@@ -52,6 +52,12 @@ class Written:
     """A function of jets by the text of its CasADi expression for each kind of jet; called like the function.
 
     codes: pairs of the kinds of the jets and a serialised `Function` of their entries and of what else it is handed.
+
+    >>> import pickle
+    >>> floor = sm.JetConstraint(lambda jet: jet.v[-1], lower=0.0, upper=np.inf, name="floor")
+    >>> again = pickle.loads(pickle.dumps(floor))
+    >>> type(again.function).__name__
+    'Written'
     """
 
     codes: tuple[tuple[tuple[str, ...], str], ...]

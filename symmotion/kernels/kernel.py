@@ -20,6 +20,10 @@ class Kernel:
         components of a constraint.
     squares: whether a term is the sum of the squares of `out` (else the sum of `out`).
     inner: see `through`.
+
+    >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
+    >>> kernel
+    Kernel(squares of 3 quadratic expressions of 8 local values)
     """
 
     z: ca.SX

@@ -23,6 +23,9 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
 
     kernels: "compiled" compiles what the cache lacks, "interpreted" leaves the cache alone,
     "auto" takes what is in the cache and compiles for programs that repay it at once.
+
+    >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
+    >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
     """
     machine = None
     if kernels != "interpreted":
@@ -32,18 +35,30 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
 
 
 def is_compilable(kernel: Kernel, kind: str) -> bool:
-    """Whether one of the functions of `derive` is short enough for a compiler."""
+    """Whether one of the functions of `derive` is short enough for a compiler.
+
+    >>> sm.kernels.is_compilable(sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel, "hessian")
+    True
+    """
     return kernel.function(kind).n_instructions() <= LARGEST
 
 
 def default_threads() -> int:
-    """How many threads a long program gets by default: as many as there are processors, four at most."""
+    """How many threads a long program gets by default: as many as there are processors, four at most.
+
+    >>> 1 <= sm.kernels.default_threads() <= 4
+    True
+    """
     # Machines with many processors are shared by jobs, and gathering the Hessian stays on one thread.
     return min(4, available_processors())
 
 
 def available_processors() -> int:
-    """How many processors this process may use."""
+    """How many processors this process may use.
+
+    >>> sm.kernels.available_processors() >= 1
+    True
+    """
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -52,6 +67,10 @@ class Mapped:
 
     count: nodes in all; multiple: nodes that must stay in one chunk; threads: at most so many
     work on it at once. Every node's numbers are the same whatever the chunks and threads.
+
+    >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
+    >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
+    >>> mapped = sm.kernels.Mapped(function, 30)
     """
 
     def __init__(self, function: MachineFunction | ca.Function, count: int, multiple: int = 1, threads: int = 1):

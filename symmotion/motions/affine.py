@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only
+from symmotion.checks import numbers
 from symmotion.errors import InputError
 from symmotion.motions.motion import matrix, trajectory
 from symmotion.motions.position import Affine
 from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 
 @value
@@ -22,6 +22,12 @@ class AffineMotion:
 
     basis: the B-splines N_j; linear: (n, d, d) control matrices A_j; translation: (n, d)
     control points v_j, zero when left out.
+
+    >>> basis = sm.splines.BSplineBasis.clamped([0.0, 1.0], 1)
+    >>> motion = sm.AffineMotion(basis, [np.eye(2), 2 * np.eye(2)])
+    >>> motion(0.5).linear
+    array([[1.5, 0. ],
+           [0. , 1.5]])
     """
 
     basis: BSplineBasis

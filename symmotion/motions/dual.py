@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import floats, held, read_only
+from symmotion.checks import floats, held
 from symmotion.errors import InputError
 from symmotion.motions.position import Affine
 from symmotion.motions.quaternions.algebra import conjugate, product
 from symmotion.motions.rotations import as_rotations
 from symmotion.motions.symmetry import Symmetry, reduced, symmetry_group
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -31,6 +31,11 @@ class DualQuaternions:
     Q · Q⁰ = 0 need not hold.
 
     Raises InputError for other shapes and names the first entry that is zero or not finite.
+
+    >>> from scipy.spatial.transform import Rotation
+    >>> quarter = sm.motions.DualQuaternions.from_rotations(Rotation.from_euler("z", 90, degrees=True), [1, 0, 0])
+    >>> quarter.translation
+    array([1., 0., 0.])
     """
 
     real: np.ndarray

@@ -14,7 +14,7 @@ from symmotion.motions.position import Affine, in_line
 from symmotion.motions.rotations import as_quaternions, as_rotations, to_rotation
 from symmotion.pictures import as_html, plot_keyframes
 from symmotion.splines import check_times
-from symmotion.values import content, same, value
+from symmotion.values import content, read_only, same, value
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform, Rotation
@@ -25,7 +25,12 @@ PARAMETRISATIONS = ("uniform", "chordal", "centripetal")
 
 
 class Keyframe(NamedTuple):
-    """One affine position x ↦ v + A x, and when: it unpacks as (time, linear (d, d), translation (d,))."""
+    """One affine position x ↦ v + A x, and when: it unpacks as (time, linear (d, d), translation (d,)).
+
+    >>> time, linear, translation = sm.examples.planar_keyframes()[0]
+    >>> time, translation
+    (0.0, array([0., 0.]))
+    """
 
     time: float
     linear: np.ndarray
@@ -56,6 +61,10 @@ class Keyframes:
 
     times: (M,) increasing, M ≥ 2; linear: (M, d, d), row = output coordinate; translation:
     (M, d), zero when left out. Raises InputError that names the keyframe at fault.
+
+    >>> keys = sm.Keyframes([0.0, 1.0], [np.eye(2), sm.examples.rotation_2d(90)], [[0.0, 0.0], [3.0, 0.0]])
+    >>> keys
+    Keyframes(2 in 2D, times 0 to 1)
     """
 
     times: np.ndarray
@@ -73,7 +82,7 @@ class Keyframes:
         if len(times) != len(linear):
             raise InputError(f"{len(times)} times for {len(linear)} linear parts: one of each per keyframe is needed")
         for name, array in (("times", times), ("linear", linear), ("translation", translation)):
-            object.__setattr__(self, name, checks.read_only(array))
+            object.__setattr__(self, name, read_only(array))
 
     @staticmethod
     def of(
@@ -234,6 +243,10 @@ def as_keyframes(
 
     value: Keyframes; or times, with positions and translation as in `Keyframes.of`. what: the name
     of the argument. Raises InputError for a path, saying how to read it, and for anything else.
+
+    >>> from scipy.spatial.transform import Rotation
+    >>> sm.motions.as_keyframes([0.0, 1.0], Rotation.from_rotvec([[0, 0, 0], [0, 0, 1]]))
+    Keyframes(2 in 3D, times 0 to 1)
     """
     require_no_path(value, what)
     if isinstance(value, Keyframes):

@@ -23,6 +23,11 @@ def keyframes_from_copies(
 
     Raises InputError where the shape is flat, where a copy is (naming it), and where shapes do
     not match. `copy_deviations` says how far from affine the copies are.
+
+    >>> shape = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    >>> sm.motions.keyframes_from_copies(shape, [shape, 2 * shape + 1]).linear[1].round(9) + 0.0
+    array([[2., 0.],
+           [0., 2.]])
     """
     shape, copies = _check(shape, copies)
     homogeneous = np.column_stack([shape, np.ones(len(shape))])
@@ -40,7 +45,13 @@ def keyframes_from_copies(
 
 
 def copy_deviations(keyframes: Keyframes, shape: ArrayLike, copies: ArrayLike) -> np.ndarray:
-    """(M,) root mean square distance of each copy's points from the shape as the keyframe carries it."""
+    """(M,) root mean square distance of each copy's points from the shape as the keyframe carries it.
+
+    >>> shape = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    >>> keys = sm.motions.keyframes_from_copies(shape, [shape, 2 * shape])
+    >>> sm.motions.copy_deviations(keys, shape, [shape, 2 * shape]).round(9)
+    array([0., 0.])
+    """
     shape, copies = _check(shape, copies)
     if len(copies) != len(keyframes) or shape.shape[1] != keyframes.dimension:
         raise InputError(f"{len(copies)} copies in {shape.shape[1]}D for {keyframes!r}")

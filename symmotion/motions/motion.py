@@ -16,7 +16,18 @@ Value = TypeVar("Value", covariant=True)
 
 
 class Moving(Protocol):
-    """What functions of this library ask of a motion x ↦ v(t) + A(t) x, of one that you write yourself too."""
+    """What functions of this library ask of a motion x ↦ v(t) + A(t) x, of one that you write yourself too.
+
+    >>> class Steady:
+    ...     domain, dimension = (0.0, 1.0), 2
+    ...
+    ...     def __call__(self, t, nu=0):
+    ...         t = np.asarray(t, dtype=float)
+    ...         linear = np.broadcast_to(np.eye(2) * (nu == 0), (*t.shape, 2, 2))
+    ...         return sm.Affine(linear, np.stack([t if nu == 0 else 0 * t + (nu == 1), 0 * t], axis=-1))
+    >>> sm.motions.orthonormalise(Steady(), [0.0, 1.0]).deviation
+    0.0
+    """
 
     @property
     def dimension(self) -> int: ...
@@ -35,6 +46,10 @@ class Motion(Protocol[Value]):
     Called, it says what it is made of: Motion[Affine] positions, as `AffineMotion` does,
     Motion[np.ndarray] unit quaternions. `matrix` and `trajectory` are alike for all; an
     orientation alone turns about the origin.
+
+    >>> motion: sm.motions.Motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> motion.dimension, motion.domain, motion.matrix(0.0).shape
+    (2, (0.0, 1.0), (3, 3))
     """
 
     @property

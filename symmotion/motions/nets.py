@@ -15,6 +15,9 @@ def smooth_net(
 
     The same functions of (i/(n − 1), j/(m − 1)) for all sizes, so that a finer net is a fairer
     one; the unit of length is the distance between neighbouring controls.
+
+    >>> sm.motions.smooth_net(6)
+    TwoParameterMotion(spherical, 6 × 6 controls of degrees 3 and 3, u 3 to 6, v 3 to 6)
     """
     m = n if m is None else m
     x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, m), indexing="ij")
@@ -40,6 +43,10 @@ def noisy_net(
 
     sigma: standard deviation in every entry of a quaternion; translation: the same in every
     coordinate, in units of length; ring: whether the outermost controls get it too.
+
+    >>> net = sm.motions.noisy_net(sm.motions.smooth_net(6), 0.01, seed=1)
+    >>> net.real.shape
+    (6, 6, 4)
     """
     if not (sigma >= 0 and translation >= 0):
         raise InputError(f"noise of {sigma!r} and {translation!r}: numbers that are not negative are needed")

@@ -19,6 +19,12 @@ class PoseMotion:
     """The rigid motion x ↦ v(t) + q(t) x q(t)⁻¹.
 
     orientation: a quaternion curve; translation: a spline with control points (n, 3) over the same domain.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> turning = sm.quaternions.interpolate_quaternions(keys)
+    >>> motion = sm.motions.PoseMotion(turning, sm.splines.cubic_interpolant(keys.times, keys.translation))
+    >>> motion(1.0).translation.shape
+    (3,)
     """
 
     orientation: QuaternionMotion

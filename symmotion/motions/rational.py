@@ -93,6 +93,13 @@ class RationalMotion:
 
     basis: the B-splines N_i; real: (n, 4) control quaternions Q_i, scalar-first, of any norm;
     dual: (n, 4) their dual parts, None for a spherical motion, which is about the origin.
+
+    >>> basis = sm.splines.BSplineBasis.clamped([0.0, 1.0], 1)
+    >>> motion = sm.motions.RationalMotion(basis, [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    >>> motion(0.5).linear.round(9) + 0.0
+    array([[ 0., -1.,  0.],
+           [ 1.,  0.,  0.],
+           [ 0.,  0.,  1.]])
     """
 
     basis: BSplineBasis
@@ -184,6 +191,11 @@ class CurveMotion:
     """The one-parameter motion along a curve (u(t), v(t)) in the domain of a two-parameter motion.
 
     curve: a spline with control points (n, 2), its domain that of the motion.
+
+    >>> net = sm.motions.smooth_net(6)
+    >>> (a, b), (c, d) = net.domain
+    >>> net.along(sm.curves.bezier([[a, c], [b, d]])).domain
+    (0.0, 1.0)
     """
 
     surface: Surface

@@ -19,7 +19,11 @@ ROUNDING = 8 * np.finfo(float).eps
 
 
 def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> "Rotation":
-    """(N, 3, 3) rotation matrices as a SciPy `Rotation`; InputError names the first that is none."""
+    """(N, 3, 3) rotation matrices as a SciPy `Rotation`; InputError names the first that is none.
+
+    >>> sm.motions.as_rotations(np.eye(3)[None]).as_quat(scalar_first=True)
+    array([[1., 0., 0., 0.]])
+    """
     from scipy.spatial.transform import Rotation  # here, since it is a fifth of the time of `import symmotion`
 
     if linear.shape[-1] != 3:
@@ -38,12 +42,21 @@ def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> "Rotation":
 
 
 def from_rotation(rotation: "Rotation") -> np.ndarray:
-    """Scalar-first unit quaternions (…, 4) of a SciPy `Rotation`."""
+    """Scalar-first unit quaternions (…, 4) of a SciPy `Rotation`.
+
+    >>> from scipy.spatial.transform import Rotation
+    >>> sm.quaternions.from_rotation(Rotation.from_rotvec([0, 0, np.pi])).round(9)
+    array([0., 0., 0., 1.])
+    """
     return np.roll(np.asarray(rotation.as_quat()), 1, axis=-1)
 
 
 def to_rotation(q: ArrayLike) -> "Rotation":
-    """The SciPy `Rotation` of scalar-first unit quaternions (…, 4)."""
+    """The SciPy `Rotation` of scalar-first unit quaternions (…, 4).
+
+    >>> sm.quaternions.to_rotation([[1.0, 0.0, 0.0, 0.0]]).as_rotvec()
+    array([[0., 0., 0.]])
+    """
     from scipy.spatial.transform import Rotation  # here, since it is a fifth of the time of `import symmotion`
 
     q = floats(q, "quaternions")

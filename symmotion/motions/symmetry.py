@@ -27,6 +27,9 @@ def symmetry_group(symmetry: Symmetry) -> np.ndarray:
 
     symmetry: a point group by Hermann and Mauguin's name ("432") or Schoenflies' ("O", "D6"), a SciPy `Rotation`, or
     quaternions (K, 4), scalar-first. Raises InputError for rotations that are no group.
+
+    >>> len(sm.motions.symmetry_group("432"))
+    24
     """
     from scipy.spatial.transform import Rotation  # here: see as_rotations
 

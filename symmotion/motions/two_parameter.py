@@ -36,6 +36,10 @@ class TwoParameterMotion:
     `from_displacements` for ones whose signs are open.
 
     Raises InputError for other shapes, periodic bases, and quaternions that are zero or not finite.
+
+    >>> net = sm.motions.smooth_net(6, spatial=True)
+    >>> net(4.5, 5.0).linear.shape
+    (3, 3)
     """
 
     u: BSplineBasis

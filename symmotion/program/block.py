@@ -25,6 +25,10 @@ class Block:
     operator: (E · Q · rows, n) sparse: the combinations of controls that the kernel's rows are,
         basis values and derivatives for a jet, single ones for plain controls.
     nodes: Q; weights: (E · Q,), quadrature times the term's factor; data: (E · Q, D).
+
+    >>> block = sm.affine_program(sm.examples.planar_keyframes()).terms[0]
+    >>> block.elements, block.nodes
+    (6, 6)
     """
 
     name: str
@@ -181,6 +185,11 @@ class BlockEvaluator:
 
     Every call takes z, what the nodes read (`Block.rows`); multipliers are one for each
     component at each node, or None for a term.
+
+    >>> from symmotion.program import BlockEvaluator
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> BlockEvaluator(program.terms[0]).block.name
+    'R'
     """
 
     def __init__(self, block: Block, kernels: Kernels = "auto", threads: int = 1):

@@ -19,6 +19,12 @@ class Bounded:
     among the terms, whose systems have room for ∇²L + Jᵀ diag(σ) J, J = ∂c/∂x. evaluator, sides: of the first two.
     lower, upper: (bounds,), at least one of the two finite: what is not bounded is left out. places: which of the
     program's conditions the equalities are, and which the bounds.
+
+    >>> from symmotion.program import Bounded
+    >>> keys = sm.examples.planar_keyframes()
+    >>> near = sm.Tolerance(linear=0.1)
+    >>> len(Bounded(sm.affine_program(keys, constraints=[near])).lower) > 0
+    True
     """
 
     def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):

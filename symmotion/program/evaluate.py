@@ -21,6 +21,12 @@ class Pattern:
 
     tables: per block of the program (terms, then constraints) its local tables; targets: per
     block the position of each entry, those not wanted going to `size`, one past the end.
+
+    >>> from symmotion.program import Evaluator
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> system = sm.systems.system_of(program, Evaluator(program), program.x0)
+    >>> Evaluator(program).second_order(program.x0, system.pattern)[1].shape == (system.pattern.size,)
+    True
     """
 
     tables: tuple[LocalTables, ...]
@@ -35,6 +41,11 @@ class Evaluator:
 
     kernels: see `kernel_function`; threads: that a long program may use, see `default_threads`;
     seconds: spent in it so far; counts: how often what was evaluated.
+
+    >>> from symmotion.program import Evaluator
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> Evaluator(program).gradient(program.x0).shape
+    (36,)
     """
 
     def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):
@@ -44,9 +55,9 @@ class Evaluator:
             raise InputError(f"kernels {kernels!r}: there are {', '.join(get_args(Kernels))}")
         if threads is not None and not (isinstance(threads, int) and threads > 0):
             raise InputError(f"threads {threads!r}: a positive number is needed")
-        threads = threads or default_threads()
-        self.terms = [BlockEvaluator(b, kernels, threads) for b in program.terms]
-        self.constraints = [BlockEvaluator(c.block, kernels, threads) for c in program.constraints]
+        self.threads = threads or default_threads()
+        self.terms = [BlockEvaluator(b, kernels, self.threads) for b in program.terms]
+        self.constraints = [BlockEvaluator(c.block, kernels, self.threads) for c in program.constraints]
         self.seconds, self.counts = 0.0, Counter[str]()
 
     def __repr__(self) -> str:

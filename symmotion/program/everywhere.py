@@ -19,6 +19,11 @@ class Excess:
     kind: "certified", value is a bound, rounding included, and is attained to 1e-9 of the limit (of a condition at
         given times it is the value there, up to the rounding of the expression); or "sampled", the largest of many
         samples, refined by a search in one dimension, which may miss what is narrow.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> found = sm.excess(motion, sm.SpeedBound(np.zeros((1, 3)), 14.0))
+    >>> round(float(found), 4), round(found.time, 3), found.kind
+    (0.0086, 1.0, 'certified')
     """
 
     value: float
@@ -43,7 +48,12 @@ def _quantity(values: np.ndarray, power: int) -> np.ndarray:
 
 
 def excess_at(values: np.ndarray, lower: np.ndarray, upper: np.ndarray, times: np.ndarray | None, power: int) -> Excess:
-    """The excess of values (N, C) at times (N, s), with bounds (N, C)."""
+    """The excess of values (N, C) at times (N, s), with bounds (N, C).
+
+    >>> values, zero = np.array([[0.5], [1.2]]), np.array([[-np.inf], [-np.inf]])
+    >>> round(float(sm.program.excess_at(values, zero, np.ones((2, 1)), np.array([[0.0], [3.0]]), 1)), 9)
+    0.2
+    """
     worst = np.full(values.shape, -np.inf)
     for bound, sign in ((lower, -1.0), (upper, 1.0)):
         there = np.isfinite(bound)
@@ -58,7 +68,13 @@ Held = TypeVar("Held")
 
 
 class Everywhere(Protocol[Held]):
-    """A condition that is meant for all times, from which a program holds it at some of them."""
+    """A condition that is meant for all times, from which a program holds it at some of them.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> program = sm.orientation_program(keys, constraints=[sm.RateBound(1.2)])
+    >>> program.constraint("rate bound").everywhere.breaks()
+    array([0. , 0.5, 1. , 1.5, 2. , 2.5, 3. ])
+    """
 
     def excess(self, motion: object, parameters: Mapping[str, np.ndarray]) -> Excess:
         """By how far a motion of the program exceeds it."""

@@ -26,7 +26,13 @@ Multipliers: TypeAlias = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class ParameterPlace:
-    """Where a parameter's numbers lie in a block's data: from column `first` on, in a shape, column by column."""
+    """Where a parameter's numbers lie in a block's data: from column `first` on, in a shape, column by column.
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> touch = sm.JetConstraint(lambda jet, p: jet.dv - p.v, at=0.5, name="touch", parameters={"v": [0, 0, 1]})
+    >>> [place.name for place in sm.pose_program(keys, constraints=[touch]).constraint("touch").parameters]
+    ['v']
+    """
 
     name: str
     first: int
@@ -46,6 +52,10 @@ class Constraint:
     parameters: the columns of the block's data that are numbers to change. times: (E, s) of its nodes, None where they
     have none. everywhere: of a condition that is meant for all times, and held at those of its nodes only, the rest.
     power: the kernel is this power of the quantity that is named; where it is not 1, `excess` is told of the quantity.
+
+    >>> keyframes = sm.affine_program(sm.examples.planar_keyframes()).constraint("keyframes")
+    >>> keyframes.lower.shape, keyframes.is_equality
+    ((4, 4), True)
     """
 
     block: Block
@@ -114,6 +124,11 @@ class Design(Protocol[MotionT]):
     """The question behind a program: how its unknowns read as a motion, and back.
 
     A design of which more can be asked is `Rekeyed` or `Staged` too.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> design: sm.program.Design = program.design
+    >>> sorted(design.unknowns(design.motion(program.unpack(program.x0))))
+    ['controls']
     """
 
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> MotionT:
@@ -132,7 +147,14 @@ class Design(Protocol[MotionT]):
 
 @runtime_checkable
 class Rekeyed(Protocol):
-    """A design whose keyframes can be moved without building the program again."""
+    """A design whose keyframes can be moved without building the program again.
+
+    >>> keys = sm.examples.planar_keyframes()
+    >>> program = sm.affine_program(keys)
+    >>> edited = program.with_keyframes(keys.moved(1, linear=np.eye(2)))
+    >>> edited.unknowns == program.unknowns
+    True
+    """
 
     # Any: keyframes in the form that the design's program takes.
     def with_keyframes(self, program: "Program", keyframes: Any) -> "Program":
@@ -142,7 +164,12 @@ class Rekeyed(Protocol):
 
 @runtime_checkable
 class Staged(Protocol):
-    """A design that knows smaller programs on the way to its own."""
+    """A design that knows smaller programs on the way to its own.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes(), degree=5)
+    >>> [stage.unknowns for stage in program.stages("degree")]
+    [28, 32, 36, 40]
+    """
 
     def stages(self, by: str) -> "Iterable[Program]":
         """Smaller programs that lead to this one, coarsest first, by "degree" or "knots"."""
@@ -151,7 +178,11 @@ class Staged(Protocol):
 
 @runtime_checkable
 class Turning(Protocol):
-    """A design whose motion turns from keyframe to keyframe, and could turn the other way round."""
+    """A design whose motion turns from keyframe to keyframe, and could turn the other way round.
+
+    >>> sm.affine_program(sm.examples.planar_keyframes()).design.turns.round(3)
+    array([1.222, 1.396, 1.571])
+    """
 
     @property
     def turns(self) -> np.ndarray:
@@ -177,7 +208,12 @@ class Noted(Protocol):
 
 @runtime_checkable
 class Integrated(Protocol):
-    """A design whose terms are integrals by Gauss nodes, of which there can be more."""
+    """A design whose terms are integrals by Gauss nodes, of which there can be more.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes(), objective=sm.StrainRate())
+    >>> program.refined(program.x0).terms[0].nodes >= program.terms[0].nodes
+    True
+    """
 
     def quadratures(self, program: "Program", x: np.ndarray) -> Mapping[str, Quadrature]:
         """By term, how well its nodes integrate at x (unknowns,)."""
@@ -194,6 +230,10 @@ class Target:
     """Where positions lie in a block's data: their coordinates `part` from column `first` on.
 
     numbers: (E,) which of the positions each node has.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> [place.block for place in program.design.targets(program)["keyframes"].places]
+    ['keyframes']
     """
 
     block: str
@@ -206,7 +246,12 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """What a program knows of `count` affine positions in d dimensions, d² + d coordinates each, rows of A first."""
+    """What a program knows of `count` affine positions in d dimensions, d² + d coordinates each, rows of A first.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> program.design.targets(program)["keyframes"].dimension
+    2
+    """
 
     count: int
     dimension: int
@@ -217,7 +262,12 @@ class Targets:
 
 @runtime_checkable
 class Targeted(Protocol):
-    """A design that meets or follows affine positions."""
+    """A design that meets or follows affine positions.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> program.design.targets(program)["keyframes"].count
+    4
+    """
 
     # Any: the program's design is of the same kind.
     def targets(self, program: "Program[Any]") -> Mapping[str, Targets]:
@@ -238,6 +288,10 @@ class Program(Generic[DesignT]):
 
     The Lagrangian is L = Σ terms + λᵀg, so that the optimum changes by −λ with the data that
     g subtracts.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> program.unknowns, [term.name for term in program.terms], [c.name for c in program.constraints]
+    (36, ['R'], ['keyframes'])
     """
 
     start: Mapping[str, np.ndarray]

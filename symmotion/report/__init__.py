@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 
 from symmotion.renamed import moved
 from symmotion.report.carrying import Travelling
-from symmotion.report.page import require_writable, write_report
+from symmotion.report.page import inline, player_elements, require_writable, write_report
 from symmotion.report.values import (
     Figure,
     Player,
@@ -66,7 +66,9 @@ __all__ = [
     "Track",
     "Travelling",
     "convergence_figure",
+    "inline",
     "player",
+    "player_elements",
     "require_writable",
     "to_figure",
     "write_report",

@@ -29,7 +29,12 @@ class Clipped:
 
 @dataclass(frozen=True, eq=False)
 class Travelling:
-    """The motion that carries a body along a curve, a function of t and nu, without turning it."""
+    """The motion that carries a body along a curve, a function of t and nu, without turning it.
+
+    >>> curve = sm.curves.bezier([[0.0, 0.0], [2.0, 1.0]])
+    >>> sm.report.Travelling(curve, curve.domain)(0.5).translation
+    array([1. , 0.5])
+    """
 
     curve: Callable[[ArrayLike, int], np.ndarray]
     domain: tuple[float, float]

@@ -13,12 +13,24 @@ from symmotion.views.svg import as_svg
 
 
 def to_figure(figure: Canvas, name: str, caption: str, alt: str = "") -> Figure:
-    """A drawn figure as an SVG, the same text for the same drawing; alt: as in `Figure`."""
+    """A drawn figure as an SVG, the same text for the same drawing; alt: as in `Figure`.
+
+    >>> with sm.views.new_figure() as figure:
+    ...     lines = figure.add_subplot().plot([0, 1], [0, 1])
+    >>> sm.report.to_figure(figure, "line", "A line.").name
+    'line'
+    """
     return Figure(name, as_svg(figure, name), caption, alt)
 
 
 def convergence_figure(runs: Sequence[Run], name: str, caption: str, alt: str = "") -> Figure:
-    """Stationarity over iterations, a line per run that logged any, a panel per case."""
+    """Stationarity over iterations, a line per run that logged any, a panel per case.
+
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> run = sm.report.Run.of("four keyframes", solution)
+    >>> sm.report.convergence_figure([run], "convergence", "Stationarity.").name
+    'convergence'
+    """
     logged = [run for run in runs if run.log]
     cases = list(dict.fromkeys(run.case for run in logged)) or [""]
     columns = {1: 1, 2: 2, 4: 2}.get(len(cases), 3)

@@ -39,6 +39,11 @@ def write_report(
     """Write index.html, report.json and figures/ into a directory, made where it is missing; returns the page's path.
 
     intro: plain text, blank lines between paragraphs. Raises InputError where it cannot write.
+
+    >>> from symmotion.report import StudyRecord, StudyResult
+    >>> record = StudyRecord("mine", "Is it so?", "", 0.1, StudyResult(conclusion="It is."))
+    >>> sm.report.write_report([record], "report").name
+    'index.html'
     """
     directory = Path(directory)
     require_distinct("studies", (record.name for record in records))
@@ -54,7 +59,11 @@ def write_report(
 
 
 def require_writable(directory: Path) -> None:
-    """Raise InputError unless a report can be written into a directory; makes it where it is missing."""
+    """Raise InputError unless a report can be written into a directory; makes it where it is missing.
+
+    >>> from pathlib import Path
+    >>> sm.report.require_writable(Path("report"))
+    """
     try:
         for folder in (directory, directory / "figures"):
             folder.mkdir(parents=True, exist_ok=True)
@@ -140,6 +149,61 @@ def _processor() -> str | None:
 
 
 def _page(records: Sequence[StudyRecord], document: dict[str, Json], title: str, intro: str) -> str:
+    bodies = list(dict.fromkeys(player.body for r in records if r.result for player in r.result.players))
+    script = player_script() if bodies else ""
+    subjects = dict.fromkeys(record.subject for record in records)
+    return (
+        _templates(bodies)
+        .get_template("page.html.jinja")
+        .render(
+            groups=[(name.capitalize(), [r for r in records if r.subject == name]) for name in subjects],
+            tally=tally(records),
+            document=document,
+            title=title,
+            intro=intro,
+            bodies=_corners(bodies),
+            script=Markup(script),
+            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        )
+    )
+
+
+def player_elements(players: Sequence[Player]) -> tuple[list[str], str]:
+    """Players for a page of one's own: a figure each, and what the page needs once, after the last of them.
+
+    The figures show their still pictures until the second part, a style, the bodies and a script, is there. Colours are
+    those of the page, whose style may define --ink, --paper, --line, --wash, --link and the font --data. Nothing is
+    fetched. Names differ. Raises InputError where they do not.
+
+    >>> import symmotion as sm
+    >>> keys = sm.examples.planar_keyframes()
+    >>> moving = sm.report.player("spline", {"spline": sm.interpolants.component_cubic(keys)}, None, "A letter.", keys)
+    >>> figures, rest = sm.report.player_elements([moving])
+    >>> page = "<!doctype html><title>A letter</title>" + figures[0] + rest
+    """
+    require_distinct("players", (player.name for player in players))
+    bodies = list(dict.fromkeys(player.body for player in players))
+    templates = _templates(bodies)
+    macros = templates.get_template("study.html.jinja").module
+    figures = [str(macros.played(player)) for player in players]  # pyright: ignore[reportAttributeAccessIssue]
+    style = templates.get_template("player.css.jinja").render()
+    rest = (
+        f'<style>\n{style}</style>\n<script type="application/json" id="bodies">{_corners(bodies)}</script>\n'
+        f"<script>{player_script()}</script>\n"
+    )
+    return figures, rest
+
+
+def player_script() -> str:
+    """The one script that moves all players of a page."""
+    return _resource("scene.js") + _resource("player.js")
+
+
+def _corners(bodies: Sequence[Body]) -> Markup:
+    return _embedded([{"corners": body.vertices.tolist(), "faces": body.faces} for body in bodies])
+
+
+def _templates(bodies: Sequence[Body]) -> Environment:
     environment = Environment(
         loader=FunctionLoader(_resource),
         autoescape=True,
@@ -154,21 +218,9 @@ def _page(records: Sequence[StudyRecord], document: dict[str, Json], title: str,
         "small": small,
         "paragraphs": paragraphs,
         "trust": trust,
+        "moved": lambda player: _embedded(_moved(player, bodies)),
     }
-    bodies = list(dict.fromkeys(player.body for r in records if r.result for player in r.result.players))
-    environment.filters["moved"] = lambda player: _embedded(_moved(player, bodies))
-    script = _resource("scene.js") + _resource("player.js") if bodies else ""
-    subjects = dict.fromkeys(record.subject for record in records)
-    return environment.get_template("page.html.jinja").render(
-        groups=[(name.capitalize(), [r for r in records if r.subject == name]) for name in subjects],
-        tally=tally(records),
-        document=document,
-        title=title,
-        intro=intro,
-        bodies=_embedded([{"corners": body.vertices.tolist(), "faces": body.faces} for body in bodies]),
-        script=Markup(script),
-        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
-    )
+    return environment
 
 
 def _resource(name: str) -> str:
@@ -213,7 +265,12 @@ def paragraphs(text: str) -> list[str]:
 
 
 def inline(figure: Figure, prefix: str) -> Markup:
-    """A figure as an element of the page: labelled, its ids kept apart from those of other figures by a prefix."""
+    """A figure as an element of the page: labelled, its ids kept apart from those of other figures by a prefix.
+
+    >>> figure = sm.report.Figure("dot", "<svg xmlns='http://www.w3.org/2000/svg'/>", "A dot.")
+    >>> print(sm.report.inline(figure, "page"))
+    <svg id="page-dot" role="img" aria-label="A dot." xmlns='http://www.w3.org/2000/svg'/>
+    """
     return as_element(figure.svg, figure.alt or figure.caption, f"{prefix}-{figure.name}")
 
 

@@ -249,6 +249,8 @@
       refresh();
     }).observe(figure);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
+    // Of pages whose readers choose between light and dark.
+    new MutationObserver(refresh).observe(document.body, { attributes: true });
     label();
     explain();
     say(chosen().map((track) => poseAt(track, t)));

@@ -41,6 +41,10 @@ def player(
     times shown, all when left out. Two tracks of 33 times in space are about 10 kB of the page.
 
     Raises InputError where body, motions and keyframes are not of one dimension, or a motion bends too often.
+
+    >>> keys = sm.examples.planar_keyframes()
+    >>> moving = sm.report.player("spline", {"spline": sm.interpolants.component_cubic(keys)}, None, "A letter.", keys)
+    >>> figures, rest = sm.report.player_elements([moving])
     """
     require_name("player", name)
     shown = _shown(name, motions, span)

@@ -19,6 +19,9 @@ class Figure:
     """An SVG as text, from `<svg` on.
 
     name: what its file is called; alt: what a blind reader is told, the caption when left out.
+
+    >>> sm.report.Figure("dot", "<svg xmlns='http://www.w3.org/2000/svg'/>", "A dot.").name
+    'dot'
     """
 
     name: str
@@ -39,6 +42,11 @@ class Track:
     """A motion as piecewise cubics: poses and their rates at times, Hermite's cubics between.
 
     A pose is d² + d numbers: the linear part row by row, then the translation; colour: "#rrggbb".
+
+    >>> keys = sm.examples.planar_keyframes()
+    >>> moving = sm.report.player("spline", {"spline": sm.interpolants.component_cubic(keys)}, None, "A letter.", keys)
+    >>> moving.tracks[0].label
+    'spline'
     """
 
     label: str
@@ -58,6 +66,11 @@ class Player:
     picture: what is shown without script and in print, one of the study's figures or one of its own;
     unit: of the times; direction: from where a body in space is first seen; centre: the body point
     whose path is drawn.
+
+    >>> keys = sm.examples.planar_keyframes()
+    >>> moving = sm.report.player("spline", {"spline": sm.interpolants.component_cubic(keys)}, None, "A letter.", keys)
+    >>> moving.domain
+    (0.0, 1.0)
     """
 
     name: str
@@ -100,6 +113,10 @@ class Run:
         bounds, anywhere where they are meant so, None where there are none; evaluations: of functions and
         derivatives, all together; unknowns, multipliers: how many;
     log: the iterations, for plots; message: what the solver said where it did not solve.
+
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> sm.report.Run.of("four keyframes", solution).certified
+    True
     """
 
     case: str
@@ -173,6 +190,10 @@ class StudyResult:
 
     answer: the one sentence that its reader takes away, of what was measured; the first figure stands beside it.
     conclusion: plain text, blank lines between paragraphs; notes: about this run of it.
+
+    >>> from symmotion.report import Column, StudyResult, Table
+    >>> StudyResult((Table("heights", (Column("h", "mm"),), ((1.5,),)),)).tables[0].rows
+    ((1.5,),)
     """
 
     tables: tuple[Table, ...] = ()
@@ -211,7 +232,11 @@ def _silent(step: str) -> None:
 
 @dataclass(frozen=True)
 class StudyOptions:
-    """How to run a study; full: the long form; data: a file of recorded poses; progress: told each step's name."""
+    """How to run a study; full: the long form; data: a file of recorded poses; progress: told each step's name.
+
+    >>> sm.report.StudyOptions(full=True).data is None
+    True
+    """
 
     full: bool = False
     data: Path | None = None
@@ -226,6 +251,11 @@ class Study:
 
     subject: what the report groups it under; alone: whether it times what it does, so that no other runs beside it;
     effort: about the seconds that its quick form takes; of those that run at the same time long ones begin.
+
+    >>> from symmotion.report import Study, StudyOptions, StudyResult
+    >>> study = Study("mine", "Is it so?", "", lambda options: StudyResult(conclusion="It is."))
+    >>> study.run(StudyOptions()).conclusion
+    'It is.'
     """
 
     name: str
@@ -245,6 +275,10 @@ class StudyRecord:
     """A study that was run: its result, or None and the error in one line; seconds: wall-clock.
 
     traceback: of an error that is a defect rather than bad input; subject: the study's.
+
+    >>> from symmotion.report import StudyRecord, StudyResult
+    >>> StudyRecord("mine", "Is it so?", "", 0.1, StudyResult(conclusion="It is.")).status
+    'ok'
     """
 
     name: str

@@ -20,6 +20,12 @@ class Amount:
 
     freedom: trace of the matrix that takes samples to the motion's values, between order and M; noise: standard
     deviation of a coordinate that is left; score: the criterion, which compares amounts for the same samples.
+
+    >>> t = np.linspace(0, 1, 30)
+    >>> basis = sm.splines.BSplineBasis.clamped(np.linspace(0, 1, 20), 3)
+    >>> from symmotion.smoothing import amount
+    >>> amount(basis, t, np.sin(9 * t)[:, None], 2, noise=0.01).weight > 0
+    True
     """
 
     order: int
@@ -37,6 +43,13 @@ def amount(
     Least of GCV(λ) = M RSS(λ)/(M − tr H(λ))² (Craven and Wahba 1979), or with the noise σ of a coordinate of
     Mallows' RSS + 2σ² c tr H. The trace is n − d log det(BᵀB + λP)/d log λ: banded Cholesky factors are all it takes,
     so that a value costs O(n).
+
+    >>> t = np.linspace(0, 1, 30)
+    >>> basis = sm.splines.BSplineBasis.clamped(np.linspace(0, 1, 20), 3)
+    >>> from symmotion.smoothing import amount
+    >>> found = amount(basis, t, np.sin(9 * t)[:, None], 2, noise=0.01)
+    >>> 2 < found.freedom < 30
+    True
     """
     problem = _Penalised(basis, times, values, order)
     scores = np.array([problem.score(exponent, noise) for exponent in EXPONENTS])

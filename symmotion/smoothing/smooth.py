@@ -36,6 +36,11 @@ class Roughness(Energy):
     """∫ w_A ‖A^(k)‖² + w_v ‖v^(l)‖² dt: how rough turn and place are, each by a derivative of its own.
 
     turn, place: w_A and w_v; orders: (k, l), 2 or 3.
+
+    >>> from symmotion.smoothing import Roughness
+    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> sm.measure(motion, Roughness(1.0, 1.0)) > 0
+    True
     """
 
     turn: float
@@ -57,7 +62,12 @@ class Roughness(Energy):
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What `smooth` solves: the program, and in notes what was chosen and why."""
+    """What `smooth` solves: the program, and in notes what was chosen and why.
+
+    >>> from symmotion.smoothing import plan
+    >>> plan(sm.examples.recorded_tour(30)).program.unknowns > 0
+    True
+    """
 
     program: Program
     notes: tuple[str, ...]
@@ -84,12 +94,21 @@ def smooth(recording: Keyframes | FilePath, *, noise: Noise = None) -> Solution:
     rad), standard deviations about each axis, 0 to interpolate; estimated when left out.
 
     Raises InputError for noise that is negative or of one part only, and SolveError as `Solution.require` does.
+
+    >>> solution = sm.smooth(sm.examples.recorded_tour(40), noise=(0.001, 0.002))
+    >>> solution.certified
+    True
     """
     return plan(recording, noise=noise).solve()
 
 
 def plan(recording: Keyframes | FilePath, *, noise: Noise = None) -> Plan:
-    """The program that `smooth` solves, with what was chosen in words; arguments as there."""
+    """The program that `smooth` solves, with what was chosen in words; arguments as there.
+
+    >>> from symmotion.smoothing import plan
+    >>> len(plan(sm.examples.recorded_tour(30)).notes) > 0
+    True
+    """
     notes: list[str] = []
     if not isinstance(recording, Keyframes):
         read = read_recording(recording)
@@ -117,7 +136,12 @@ def _noise(noise: Noise) -> tuple[float, float] | None:
 
 
 def is_rigid(keyframes: Keyframes) -> bool:
-    """Whether all linear parts are rotations, to 1e-6."""
+    """Whether all linear parts are rotations, to 1e-6.
+
+    >>> from symmotion.smoothing import is_rigid
+    >>> is_rigid(sm.examples.quarter_turn()), is_rigid(sm.examples.planar_keyframes())
+    (True, False)
+    """
     a = keyframes.linear
     off = np.abs(np.swapaxes(a, 1, 2) @ a - np.eye(keyframes.dimension)).max()
     return bool(off <= RIGID and (np.linalg.det(a) > 0).all())

@@ -1,5 +1,6 @@
 """The classical way: interpolation conditions eliminated, damped Newton on what is left (HJK 4.3, 4.4)."""
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -30,6 +31,9 @@ class Elimination:
     gradually), each stage starting from the optimum of the one before; None for all at once.
     tolerance: of the certificate, see `Certificate.holds`. max_iterations: of a stage.
     time_limit, callback: as ExactNewton's.
+
+    >>> sm.Elimination(damping=0.8).solve(sm.affine_program(sm.examples.planar_keyframes())).require().method
+    'elimination'
     """
 
     tolerance: float = 1e-8
@@ -59,7 +63,7 @@ class Elimination:
         stages = [program] if self.stages is None else [*program.stages(self.stages), program]
         log: list[Iteration] = []
         x, multipliers = program.x0, np.zeros(program.conditions)
-        evaluated, failure = 0.0, None
+        evaluated, failure, counts = 0.0, None, Counter[str]()
         for stage in stages:
             x = start_vector(stage, start)
             evaluator, system = Evaluator(stage), _system(stage)
@@ -70,13 +74,14 @@ class Elimination:
             x, multipliers, failure = self._descend(x, evaluator, system, journal)
             log, journal.log = log + journal.log, []
             evaluated += evaluator.seconds
+            counts += evaluator.counts
             journal.solved()
             if failure:
                 break
             start = stage.design.motion(stage.unpack(x))
         if len(x) != program.unknowns:  # an early stage failed: the certificate is that of the start
             x, multipliers = program.x0, np.zeros(program.conditions)
-        return conclude(
+        solution = conclude(
             program,
             self,
             x,
@@ -86,6 +91,7 @@ class Elimination:
             seconds=journal.seconds(program, evaluated),
             failure=failure,
         )
+        return replace(solution, evaluations=dict(counts))
 
     def _descend(
         self, x: np.ndarray, evaluator: Evaluator, system: Condensed, journal: Journal

@@ -53,6 +53,12 @@ def exchange(
     Returns the last one, with the logs and seconds of all, `exchange` and, in `program`, the times at the end, to
     which its multipliers belong. Where the excess stays above the tolerance the message says so.
     Source: Hettich and Kortanek 1993 (exchange and local reduction for semi-infinite programs).
+
+    >>> from symmotion.solvers import exchange
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> program = sm.orientation_program(keys, constraints=[sm.RateBound(1.2)], refine=2)
+    >>> exchange(program, sm.ExactNewton().solve).certified
+    True
     """
     bounds = bounds_everywhere(require_program(program))
     if not bounds:

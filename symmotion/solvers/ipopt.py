@@ -58,6 +58,10 @@ class Ipopt:
     kernels, threads, time_limit: as ExactNewton's. callback: called with every `Iteration`, IPOPT's own figures, before
         the step from there is known; where it returns True the solve stops.
     options: IPOPT's own by their own names, {"mu_strategy": "adaptive"}; InputError where IPOPT refuses them.
+
+    >>> solver = sm.Ipopt(options={"mu_strategy": "adaptive"})
+    >>> solver.solve(sm.affine_program(sm.examples.planar_keyframes())).require().certified
+    True
     """
 
     tolerance: float = 1e-8

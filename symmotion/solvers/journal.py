@@ -31,6 +31,12 @@ class Journal:
     solves before it took.
     A solve of more than two seconds shows its last row on stderr, where that is a terminal, until it ends.
     log: the rows so far; linear: seconds that `timed` has measured.
+
+    >>> from symmotion.solvers import Iteration, Journal
+    >>> journal = Journal(100, callback=lambda row: row.objective < 1.0)
+    >>> journal.add(Iteration(0.5, 1e-3, 0.0))
+    >>> journal.stopped
+    True
     """
 
     def __init__(

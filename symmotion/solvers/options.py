@@ -16,7 +16,10 @@ def require_kernels(kernels: Kernels, threads: int | None) -> None:
 
 
 def require_limits(tolerance: float, max_iterations: int, time_limit: float | None, callback: Callback | None) -> None:
-    """Raise InputError that names the option, unless these four are what every solver takes."""
+    """Raise InputError that names the option, unless these four are what every solver takes.
+
+    >>> sm.solvers.require_limits(1e-8, 100, None, None)
+    """
     positive(tolerance, "tolerance")
     whole(max_iterations, 0, "max_iterations")
     if time_limit is not None:

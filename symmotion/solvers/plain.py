@@ -32,6 +32,9 @@ class PlainIpopt:
     """A comparator for Ipopt: the program written term by term with `Opti` and differentiated as a whole.
 
     tolerance, max_iterations, time_limit, callback: as Ipopt's. One solve at a time, whatever the threads.
+
+    >>> sm.solvers.PlainIpopt().solve(sm.affine_program(sm.examples.quarter_turn())).require(1e-6).method
+    'ipopt-plain'
     """
 
     tolerance: float = 1e-8

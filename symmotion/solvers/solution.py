@@ -34,6 +34,10 @@ class Status(StrEnum):
 
     SADDLE: the first-order conditions hold, and the certificate has a direction in which the objective falls.
     INFEASIBLE: the violation cannot be lowered from nearby; the message names the conditions that contradict.
+
+    >>> short = sm.ExactNewton(max_iterations=1).solve(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> short.status is sm.solvers.Status.ITERATION_LIMIT
+    True
     """
 
     SOLVED = "solved"
@@ -65,6 +69,10 @@ class Iteration:
     stationarity and violation are as in the certificate, for IPOPT its own (scaled) figures.
     theta: share of the exact Hessian in the matrix factorised for the step taken from here;
     step: its length; inertia: of the exact Hessian; evaluate, linear: seconds of this iteration.
+
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> solution.log[-1].stationarity < solution.log[0].stationarity
+    True
     """
 
     objective: float
@@ -81,7 +89,12 @@ class Iteration:
 
 @dataclass(frozen=True)
 class Seconds:
-    """Wall-clock seconds: building the program, deriving its functions, solving, and of that the two main parts."""
+    """Wall-clock seconds: building the program, deriving its functions, solving, and of that the two main parts.
+
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> solution.seconds.solve > 0
+    True
+    """
 
     build: float | None = None
     compile: float | None = None
@@ -102,6 +115,11 @@ class Round:
     """One solve of an exchange, see `solvers.exchange`.
 
     times: by constraint, at how many times it was held; excess: by constraint, certified or sampled, of what came out.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> solution = sm.ExactNewton().solve(sm.orientation_program(keys, constraints=[sm.RateBound(1.2)], refine=2))
+    >>> float(solution.exchange.rounds[-1].excess["rate bound"]) < 1e-6
+    True
     """
 
     times: Mapping[str, int]
@@ -119,7 +137,13 @@ class Round:
 
 @dataclass(frozen=True)
 class Course:
-    """How bounds came to hold everywhere: tolerance, of their excess; rounds, all solves, the solution's the last."""
+    """How bounds came to hold everywhere: tolerance, of their excess; rounds, all solves, the solution's the last.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> solution = sm.ExactNewton().solve(sm.orientation_program(keys, constraints=[sm.RateBound(1.2)], refine=2))
+    >>> len(solution.exchange.rounds) > 1
+    True
+    """
 
     tolerance: float
     rounds: tuple[Round, ...]
@@ -164,7 +188,11 @@ class Solution(Generic[DesignT]):
     evaluations: how often what was evaluated, by kind, where known.
     exchange: how bounds that are meant for all times came to hold; None of programs without.
     interrupted: whether a callback or the time limit ended it, with a solution or without, so that it may end
-    elsewhere another time.
+    elsewhere another time. claimed: whether the solver itself reported success, whatever the certificate says of it.
+
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
+    >>> solution.motion, solution.multipliers["keyframes"].linear.shape
+    (AffineMotion(2D, degree 3, 9 controls, times 0 to 1), (4, 2, 2))
     """
 
     program: Program[DesignT]
@@ -181,6 +209,7 @@ class Solution(Generic[DesignT]):
     evaluations: Mapping[str, int] = field(default_factory=dict)
     exchange: Course | None = None
     interrupted: bool = False
+    claimed: bool = True
 
     __getstate__ = made_of
 

@@ -26,7 +26,12 @@ class Judged(Protocol):
 
 
 class Solver(Judged, Protocol):
-    """What solves programs; its repr tells its options."""
+    """What solves programs; its repr tells its options.
+
+    >>> solver: sm.solvers.Solver = sm.ExactNewton()
+    >>> solver.solve(sm.affine_program(sm.examples.planar_keyframes())).certified
+    True
+    """
 
     @property
     def max_iterations(self) -> int: ...
@@ -59,7 +64,12 @@ def require_program(value: object) -> Program:
 
 
 def start_vector(program: Program, start: object) -> np.ndarray:
-    """(unknowns,) a start as x: None for the program's own, a Solution, a motion, or (unknowns,) numbers."""
+    """(unknowns,) a start as x: None for the program's own, a Solution, a motion, or (unknowns,) numbers.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> sm.solvers.start_vector(program, None).shape
+    (36,)
+    """
     require_program(program)
     if start is None:
         return program.x0
@@ -74,7 +84,12 @@ def start_vector(program: Program, start: object) -> np.ndarray:
 
 
 def start_multipliers(program: Program, start: object) -> np.ndarray | None:
-    """(conditions,) the multipliers that a start brings along: a solution of a program of the same structure."""
+    """(conditions,) the multipliers that a start brings along: a solution of a program of the same structure.
+
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> sm.solvers.start_multipliers(solution.program, solution).shape
+    (16,)
+    """
     if isinstance(start, Solution) and start.program.structure is program.structure:
         return start.multiplier_vector
     return None
@@ -84,6 +99,8 @@ def require_equalities(program: Program, solver: str, curved: bool = False) -> N
     """Raise InputError that names the first constraint that a solver for (linear) equalities cannot take.
 
     curved: whether it takes nonlinear equalities.
+
+    >>> sm.solvers.require_equalities(sm.affine_program(sm.examples.planar_keyframes()), "mine")
     """
     for c in require_program(program).constraints:
         if not c.is_equality or not (curved or c.block.kernel.linear):
@@ -111,10 +128,16 @@ def conclude(
     x (unknowns,), multipliers (conditions,): where the solver ended, with L = f + λᵀg.
     method: the solver's short name, of its class when left out; failure: what the solver says went wrong, None where
     it claims success; evaluator: one of the program, if there is one.
+
+    >>> from symmotion.solvers import conclude
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> conclude(program, sm.ExactNewton(), program.x0, np.zeros(program.conditions)).certified
+    False
     """
     require_program(program)
     counts = dict(evaluator.counts) if evaluator else {}
     interrupted = failure is not None and failure[0] in (Status.STOPPED, Status.TIME_LIMIT)
+    claimed = failure is None
     certificate = certify(program, x, multipliers, evaluator)
     wanting = certificate.wanting(solver.tolerance)
     if wanting and failure is None:
@@ -146,4 +169,5 @@ def conclude(
         message,
         counts,
         interrupted=interrupted,
+        claimed=claimed,
     )

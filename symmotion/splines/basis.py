@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from symmotion.checks import floats, number, numbers, read_only, whole
+from symmotion.checks import floats, number, numbers, whole
 from symmotion.errors import InputError
 from symmotion.splines.instants import inside, require_steps, rounding_in, same_times, unified
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 MOST_DEGREE = 1000
 
@@ -29,6 +29,10 @@ class BSplineBasis:
 
     Knots that agree up to rounding are copies of one. Raises InputError for knots that decrease, are
     not finite or are too few, and where a knot has more than degree + 1 copies.
+
+    >>> basis = sm.splines.BSplineBasis.clamped([0.0, 1.0, 2.0], 3)
+    >>> basis.n, basis(1.0)
+    (5, array([[0.  , 0.25, 0.5 , 0.25, 0.  ]]))
     """
 
     knots: np.ndarray
@@ -198,6 +202,9 @@ def from_origin(times: np.ndarray) -> tuple[float, np.ndarray]:
     """An origin for increasing times, and the times from it on: the first where all are far from zero, else zero.
 
     Far is twice their extent: then the differences are exact, and adding the origin gives the times back (Sterbenz).
+
+    >>> sm.splines.from_origin(np.array([1e9, 1e9 + 1.0]))
+    (1000000000.0, array([0., 1.]))
     """
     first = float(times[0])
     if not abs(first) >= 2 * (times[-1] - first):

@@ -13,6 +13,11 @@ def cumulative(basis: BSplineBasis, t: np.ndarray, order: int = 0) -> tuple[np.n
     Returns the spans k (N,) and, per derivative, the p arrays (N,) of B̃_{k−p+1} … B̃_k; those
     before them are 1, those behind 0. B̃_i′ = p/(t_{i+p} − t_i) B_{i,p−1}: one pass of Cox–de Boor
     through the lower degrees yields all of them.
+
+    >>> basis = sm.splines.BSplineBasis.clamped([0.0, 1.0], 1)
+    >>> span, (values,) = sm.splines.cumulative(basis, np.array([0.25]))
+    >>> values
+    [array([0.25])]
     """
     p, knots = basis.degree, basis.knots
     span, t = basis.spans(t), t - basis.origin

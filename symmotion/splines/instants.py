@@ -23,7 +23,11 @@ def rounding(times: ArrayLike) -> float:
 
 
 def same_times(one: ArrayLike, other: ArrayLike, domain: ArrayLike | None = None) -> bool:
-    """Whether times of one shape are the same, number by number, in a domain; their own where it is left out."""
+    """Whether times of one shape are the same, number by number, in a domain; their own where it is left out.
+
+    >>> sm.splines.same_times([0.1 + 0.2], [0.3])
+    True
+    """
     a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
     if a.shape != b.shape or not a.size:
         return a.shape == b.shape
@@ -37,6 +41,9 @@ def unified(times: ArrayLike, marks: ArrayLike = (), origin: float = 0.0) -> np.
     Afterwards == says which are the same. origin: from which they all count; what is the same is said of the sums.
 
         unified([0.1 + 0.2, 0.3, 1.0], marks=[0.3])  # 0.3, 0.3, 1.0
+
+    >>> bool(sm.splines.unified([0.3, 0.1 + 0.2, 1.0])[0] == sm.splines.unified([0.3, 0.1 + 0.2, 1.0])[1])
+    True
     """
     given, first = np.array(times, dtype=float), np.ravel(np.asarray(marks, dtype=float))
     every = np.concatenate([first, given.ravel()])

@@ -21,6 +21,9 @@ def amid(places: np.ndarray) -> np.ndarray:
     """(…) what to subtract from places (M, …) and from everything there: one of them where they are far from zero.
 
     The digits that the distance would take are those that small detail needs. Zero where they are not far.
+
+    >>> sm.splines.amid(np.array([[1e9, 0.0], [1e9 + 1, 1.0]]))
+    array([1.e+09, 0.e+00])
     """
     centre = places[0]
     near = np.abs(centre).max(initial=0.0) <= FAR * np.abs(places - centre).max(initial=0.0)
@@ -31,6 +34,9 @@ def check_times(times, what: str = "keyframe") -> np.ndarray:
     """A copy of `times` as a float array (M,), finite and increasing; InputError names the first that is not.
 
     Dates and durations, of NumPy, Python or an index of pandas, become seconds since the first.
+
+    >>> sm.splines.check_times([0, 1, 3])
+    array([0., 1., 3.])
     """
     times = _seconds(times, what)
     if times.ndim != 1:
@@ -80,6 +86,9 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
     ends: "natural" (no end acceleration, M ≥ 2), "not-a-knot" (M ≥ 4), "clamped" with
         `end_slopes` (2, …) in values per unit of time, or "periodic" (M ≥ 4; the first value
         repeated at the end).
+
+    >>> sm.splines.cubic_interpolant([0.0, 1.0, 2.0], [0.0, 1.0, 0.0])(1.0)
+    array(1.)
     """
     from scipy.interpolate import make_interp_spline  # here: see Spline._scipy
 
@@ -118,6 +127,11 @@ def least_squares(basis: BSplineBasis, times, values) -> Spline:
     It interpolates where there are as many conditions as controls (M = n). times: (M,)
     increasing, values: (M, …). Raises InputError where controls are left undetermined or, with
     M = n, where keyframes crowd (Schoenberg–Whitney), naming them.
+
+    >>> t = np.linspace(0, 1, 20)
+    >>> line = sm.splines.least_squares(sm.splines.BSplineBasis.clamped([0.0, 1.0], 1), t, 2 * t)
+    >>> line.control_points.round(9) + 0.0
+    array([0., 2.])
     """
     times, values = check_times(times), numbers(values, "values")
     if len(times) < basis.n:
@@ -174,6 +188,11 @@ def closest(basis: BSplineBasis, spline: Spline, times) -> Spline:
 
     This carries a start value into a space of another degree: it is exact where the space
     holds `spline`, and stays smooth where it does not. Solved as one sparse saddle system.
+
+    >>> spline = sm.splines.cubic_interpolant([0.0, 1.0, 2.0], [0.0, 1.0, 0.0])
+    >>> fewer = sm.splines.closest(sm.splines.BSplineBasis.clamped([0.0, 2.0], 3), spline, np.array([0.0, 2.0]))
+    >>> fewer.basis.n
+    4
     """
     times = floats(times, "times")
     require_schoenberg_whitney(basis, times)

@@ -28,6 +28,10 @@ def gauss(basis: BSplineBasis, nodes: int) -> tuple[np.ndarray, np.ndarray]:
 
     They are times; of `basis.relative` times from its origin on, which far from zero lose no digits.
     Exact for integrands that are polynomials of degree 2 nodes − 1 on every span.
+
+    >>> points, weights = sm.splines.gauss(sm.splines.BSplineBasis.clamped([0.0, 1.0, 3.0], 3), 2)
+    >>> points.shape, weights.sum(axis=1)
+    ((2, 2), array([1., 2.]))
     """
     points, weights = np.polynomial.legendre.leggauss(whole(nodes, 1, "nodes", " of Gauss nodes"))
     ends = basis.breakpoints
@@ -42,6 +46,10 @@ class Integral:
     parts: (S,) of each interval; error: of their sum, rounding included; rounding: that alone; size: ∫ |φ| dt;
     reached: whether the error is what was asked for, or as small as rounding lets it be; worst: the piece of an
     interval that is known least.
+
+    >>> found = sm.splines.integrate(lambda t: t**2, np.array([0.0]), np.array([1.0]))
+    >>> round(float(found.parts.sum()), 9), found.reached
+    (0.333333333, True)
     """
 
     parts: np.ndarray
@@ -73,6 +81,10 @@ def integrate(
     density: φ at times (N,). What rounding hides counts as reached: the roundings of the sums, and by how much φ
     changes where the times change by theirs. Ends after a number of evaluations that the intervals bound; an
     integrand without an integral is not `reached`, and `worst` says where.
+
+    >>> found = sm.splines.integrate(lambda t: np.sqrt(t), np.array([0.0]), np.array([1.0]))
+    >>> round(float(found.parts.sum()), 8)
+    0.66666667
     """
     # Numbers that are none are looked for.
     with np.errstate(all="ignore"):

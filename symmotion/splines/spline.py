@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
-from symmotion.checks import numbers, read_only, whole
+from symmotion.checks import numbers, whole
 from symmotion.errors import InputError
 from symmotion.saving import save
 from symmotion.splines.basis import BSplineBasis
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -20,6 +20,10 @@ class Spline:
     """The spline Σ N_j(t) c_j.
 
     basis: its B-splines; control_points: (n, …), any trailing shape.
+
+    >>> spline = sm.splines.Spline(sm.splines.BSplineBasis.clamped([0.0, 1.0], 1), [[0.0, 0.0], [2.0, 4.0]])
+    >>> spline(0.5), spline(0.5, nu=1)
+    (array([1., 2.]), array([2., 4.]))
     """
 
     basis: BSplineBasis
@@ -171,6 +175,11 @@ def _blossom(spline: Spline, arguments: np.ndarray, span: np.ndarray) -> np.ndar
 
 @runtime_checkable
 class SplineLike(Protocol):
-    """A curve that can be written as a spline."""
+    """A curve that can be written as a spline.
+
+    >>> curve: sm.splines.SplineLike = sm.curves.bezier([[0.0], [1.0]])
+    >>> curve.to_bspline().degree
+    1
+    """
 
     def to_bspline(self) -> Spline: ...

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import floats, numbers, read_only
+from symmotion.checks import floats, numbers
 from symmotion.errors import InputError
 from symmotion.sweeps.ellipsoid import MovingEllipsoid, SurfaceSpeed
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 # Halvings of the step between meridians where a loop turns back.
 HALVINGS = 16
@@ -22,6 +22,11 @@ class CharacteristicCurve:
 
     sphere: (N, 3) unit vectors s with g(s) = 0, in order round the loop, the last followed by
     the first; points: (N, 3) w + B s.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> curves = sm.sweeps.characteristic_curves(sm.sweeps.MovingEllipsoid(motion, [1.0, 0.7, 0.5]), 0.5)
+    >>> bool(np.allclose(np.linalg.norm(curves[0].sphere, axis=1), 1.0))
+    True
     """
 
     sphere: np.ndarray
@@ -71,6 +76,11 @@ def characteristic_curves(body: MovingEllipsoid, t: float, meridians: int = 180)
 
     meridians: at least 8; near turns they are halved until the gap cannot be seen. Raises
     InputError for a time outside the domain and where the ellipsoid is flat.
+
+    >>> motion = sm.interpolants.component_cubic(sm.Keyframes([0.0, 1.0], [np.eye(3)] * 2, [[0, 0, 0], [2, 0, 0]]))
+    >>> (circle,) = sm.sweeps.characteristic_curves(sm.sweeps.MovingEllipsoid(motion), 0.5)
+    >>> bool(np.abs(circle.sphere[:, 0]).max() < 1e-9)
+    True
     """
     if meridians < 8:
         raise InputError(f"{meridians} meridians are too few: at least 8 are needed")

@@ -5,14 +5,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import floats, numbers, read_only
+from symmotion.checks import floats, numbers
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.motions.motion import Moving
 from symmotion.motions.position import Affine
 from symmotion.splines import Spline
 from symmotion.splines.continuity import first_jump
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 # Smallest over largest semi-axis: below it the ellipsoid counts as flat.
 FLAT = 1e-9
@@ -47,6 +47,10 @@ class MovingEllipsoid:
     B = A E and w = v + A c the ellipsoid at time t is {w + B s : |s| ≤ 1}.
 
     Raises InputError for a motion in the plane and for a shape that is flat or not finite.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> sm.sweeps.MovingEllipsoid(motion, [1.0, 0.7, 0.5]).points(np.array([1.0, 0.0, 0.0]), 0.0).shape
+    (3,)
     """
 
     motion: Moving

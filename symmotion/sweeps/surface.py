@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.bodies.mesh import Mesh, compact
-from symmotion.checks import floats, numbers, read_only
+from symmotion.checks import floats, numbers
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.splines import BSplineBasis, Spline
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 # Points closer than this times the size of the control net, or than some rounding of where it lies, are the same.
 COINCIDENT = 1e-9
@@ -23,6 +23,11 @@ class SweepSurface:
 
     u, t: the B-splines M_i of the profile and N_j of the motion; control_points: (n, m, d),
     d = 2 or 3, in units of length.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> surface = sm.sweeps.sweep_surface(motion, sm.curves.bezier([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    >>> surface(0.5, 0.5).shape
+    (3,)
     """
 
     u: BSplineBasis
@@ -123,6 +128,11 @@ def sweep_surface(motion: AffineMotion, profile: Spline) -> SweepSurface:
     profile: a spline of points (d,) in the moving frame, open, clamped or periodic. The net is
     exact since the B-splines of the profile sum to one. Raises InputError where motion and
     profile differ in dimension. Source: HJK 5.4, (18).
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> surface = sm.sweeps.sweep_surface(motion, sm.curves.bezier([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    >>> bool(np.allclose(surface(0.0, 0.5), motion(0.5).translation))
+    True
     """
     controls, d = profile.control_points, motion.dimension
     if d not in (2, 3):

@@ -25,6 +25,13 @@ def conflicting(program: Program, x: np.ndarray, evaluator: Evaluator | None = N
     with ρ_i = 0 are not involved, since ρᵀ∂ρ/∂x = 0 is a combination of the others alone that nothing can satisfy. Of
     the rest those go, one after the other, without which it still does not vanish. Of linear conditions this is a
     proof, of others it is true near x. Empty where they can hold.
+
+    >>> keys = sm.examples.planar_keyframes()
+    >>> objective = sm.Rigidity() + sm.TrajectoryEnergy(np.eye(2))
+    >>> slow = sm.SpeedBound(np.zeros((1, 2)), 1.0)
+    >>> program = sm.affine_program(keys, objective=objective, constraints=[slow])
+    >>> sm.systems.conflicting(program, program.x0)
+    ('keyframes', 'speed')
     """
     evaluator = evaluator or Evaluator(program)
     starts = [point for point in (np.asarray(x, dtype=float), program.x0) if np.isfinite(point).all()]
@@ -55,7 +62,11 @@ def conflicting(program: Program, x: np.ndarray, evaluator: Evaluator | None = N
 
 
 def conflict(program: Program, names: Sequence[str], proven: bool = False) -> str:
-    """What is to be said of conditions that conflict; proven: whether that is so for no linear ones too."""
+    """What is to be said of conditions that conflict; proven: whether that is so for no linear ones too.
+
+    >>> sm.systems.conflict(sm.affine_program(sm.examples.planar_keyframes()), ["keyframes", "speed"])
+    "'keyframes' and 'speed' cannot hold together"
+    """
     listed = " and ".join(([", ".join(map(repr, names[:-1]))] if len(names) > 1 else []) + [repr(names[-1])])
     proven = proven or all(c.block.kernel.linear for c in program.constraints if c.name in names)
     return f"{listed} cannot hold" + (" together" if len(names) > 1 else "") + ("" if proven else " near this motion")

@@ -17,6 +17,13 @@ class Curvature:
 
     inertia: "positive" definite; "indefinite", with a direction (size,) y where yᵀHy < 0; "flat", zero;
     "unknown", with an eigenvalue that rounding does not tell from zero.
+
+    >>> from symmotion.program import Evaluator
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> x, evaluator = sm.ExactNewton().solve(program).x, Evaluator(program)
+    >>> system = sm.systems.system_of(program, evaluator, x)
+    >>> system.curvature(evaluator.second_order(x, system.pattern)[1]).inertia
+    'positive'
     """
 
     inertia: str

@@ -21,6 +21,15 @@ class Response(Protocol):
     """The KKT matrix K = [[H, Jᵀ], [J, 0]] of a minimum with its active conditions, H of the Lagrangian, factorised.
 
     Data p move the unknowns and the multipliers by K (dx, dλ) = −B dp, B = (B_x, B_c) (unknowns + conditions, size).
+
+    >>> from symmotion.program import Evaluator
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> inspection = sm.systems.Inspection(
+    ...     solution.program, Evaluator(solution.program), solution.x, solution.multiplier_vector
+    ... )
+    >>> response, repeated = sm.systems.response_of(inspection)
+    >>> len(repeated)
+    0
     """
 
     # Any: what the readings of this response collect.
@@ -224,6 +233,15 @@ def response_of(inspection: Inspection, more: sparse.csr_array | None = None) ->
     more: (unknowns, unknowns) what is added to the Hessian of the Lagrangian.
 
     Raises SolveError where the minimum is not strict, along the active conditions, to second order.
+
+    >>> from symmotion.program import Evaluator
+    >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> inspection = sm.systems.Inspection(
+    ...     solution.program, Evaluator(solution.program), solution.x, solution.multiplier_vector
+    ... )
+    >>> response, repeated = sm.systems.response_of(inspection)
+    >>> len(repeated)
+    0
     """
     program, x, multipliers = inspection.program, inspection.x, inspection.multipliers
     hessian = full_hessian(program, inspection.evaluator, x, multipliers)

@@ -1,4 +1,4 @@
-"""The sparse saddle system, for any program: [[H, Jᵀ], [J, −δI]] by LDLᵀ with one step of refinement."""
+"""The sparse saddle system, for any program: [[H, Jᵀ], [J, −δI]] by LDLᵀ, equilibrated and refined."""
 
 from collections.abc import Callable
 from copy import copy
@@ -30,8 +30,11 @@ from symmotion.systems.curvature import (
 )
 from symmotion.systems.system import largest, reach
 
-# The factorisation does not pivot: a zero in the lower block would stop it. Refinement removes its effect.
-DELTA = 1e-8
+# The factorisation does not pivot: a zero in the lower block would stop it, and one that is next to zero costs the
+# digits of all that is small beside stiff bounds. Refinement removes its effect.
+DELTA = 1e-5
+# Sweeps that bring rows and columns to size one, and steps of refinement, which end at a relative residual.
+SWEEPS, REFINED, EXACT = 5, 8, 1e-15
 # Unknowns up to which a dense basis of the null space is taken, where it decides whether curvature is negative.
 DENSE = 300
 # Weights of the conditions beside a Hessian of order one, in turn.
@@ -43,7 +46,12 @@ SaddleFactor: TypeAlias = tuple[sparse.csc_array, ca.DM, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class HessianTriangle:
-    """The sparsity of the Hessian's upper triangle: rows, columns (entries,), column by column, and its pattern."""
+    """The sparsity of the Hessian's upper triangle: rows, columns (entries,), column by column, and its pattern.
+
+    >>> triangle = sm.systems.HessianTriangle.of(sm.affine_program(sm.examples.planar_keyframes()))
+    >>> bool((triangle.rows <= triangle.columns).all())
+    True
+    """
 
     rows: np.ndarray
     columns: np.ndarray
@@ -104,14 +112,25 @@ class HessianTriangle:
 
 
 def kkt_pattern(program: Program) -> sparse.csr_array:
-    """(unknowns + conditions)² where the saddle matrix [[H, Jᵀ], [J, 0]] can differ from zero, as a boolean array."""
+    """(unknowns + conditions)² where the saddle matrix [[H, Jᵀ], [J, 0]] can differ from zero, as a boolean array.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> sm.systems.kkt_pattern(program).shape == (program.unknowns + program.conditions,) * 2
+    True
+    """
     triangle, jacobian = HessianTriangle.of(program), Evaluator(program).jacobian(program.x0)
     hessian = triangle.full(np.ones(triangle.pattern.size), program.unknowns)
     return sparse.csr_array(sparse.block_array([[hessian, jacobian.T], [jacobian, None]]) != 0)
 
 
 class Saddle:
-    """Newton's saddle system in all unknowns and multipliers, factorised by CasADi's sparse LDLᵀ. One per thread."""
+    """Newton's saddle system in all unknowns and multipliers, factorised by CasADi's sparse LDLᵀ. One per thread.
+
+    >>> from symmotion.program import Evaluator
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> sm.systems.Saddle(program, Evaluator(program).jacobian(program.x0)).independent
+    True
+    """
 
     def __init__(self, program: Program, jacobian: sparse.csr_array):
         self.jacobian = jacobian
@@ -200,10 +219,8 @@ class Saddle:
 
     def factorise(self, flat: np.ndarray) -> SaddleFactor | None:
         """The factorised saddle matrix, or None where the Hessian is not positive definite along the conditions."""
-        # In own units, and the Hessian of order one: the factorisation does not pivot, and δ must be small.
-        scale = self._scale(flat)
         plain = self.matrix(flat)
-        scaled = plain.data * scale[self._rows] * np.repeat(scale, np.diff(self._pointers))
+        scale, scaled = self._equilibrated(plain, self._scale(flat))
         scaled[self._corner] = -DELTA
         regular = ca.DM(self.sparsity, scaled)
         # A pivot that is exactly zero, as on uniform knots, is told on stderr only: the matrix is singular then.
@@ -217,6 +234,21 @@ class Saddle:
         """(unknowns + conditions,) the units in which the saddle matrix is of order one, the Hessian's too."""
         size = largest(flat[self.diagonal] * self.on_diagonal(self.unit) ** 2) or 1.0
         return np.concatenate([self.unit / np.sqrt(size), np.sqrt(size) / self._reach])
+
+    def _equilibrated(self, matrix: sparse.csc_array, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Units in which every row of a saddle matrix has the size one, nearly, and its entries in them.
+
+        The factorisation does not pivot: beside a stiff bound all else would drown in its rounding, and in δ.
+        Source: Ruiz 2001.
+        """
+        counts = np.diff(self._pointers)
+        entries = matrix.data * scale[self._rows] * np.repeat(scale, counts)
+        for _ in range(SWEEPS):
+            size = np.maximum.reduceat(np.abs(entries), self._pointers[:-1])
+            change = 1 / np.sqrt(np.where(size > 0, size, 1.0))
+            scale = scale * change
+            entries = entries * change[self._rows] * np.repeat(change, counts)
+        return scale, entries
 
     def step(self, factor: SaddleFactor, gradient: np.ndarray) -> np.ndarray:
         """(unknowns,) the Newton step along the conditions."""
@@ -238,10 +270,19 @@ class Saddle:
         return bool(pivots.min() > EPS * self.m * pivots.max())
 
     def solve(self, factor: SaddleFactor, rhs: np.ndarray) -> np.ndarray:
-        """(unknowns + conditions,) the solution of the saddle system, refined once."""
+        """(unknowns + conditions,) the solution of the saddle system, refined as long as that helps."""
         exact, regular, scale = factor
-        solution = scale * self._apply(regular, scale * rhs)
-        solution += scale * self._apply(regular, scale * (rhs - exact @ solution))
+        least, solution, left = np.inf, np.zeros_like(rhs), rhs
+        enough = EXACT * float(np.linalg.norm(scale * rhs))
+        for _ in range(REFINED):
+            fresh = solution + scale * self._apply(regular, scale * left)
+            left = rhs - exact @ fresh
+            now = float(np.linalg.norm(scale * left))
+            if not now < least:
+                break
+            solution, halved, least = fresh, now < 0.5 * least, now
+            if now <= enough or not halved:
+                break
         return solution
 
     def on_diagonal(self, values: np.ndarray) -> np.ndarray:

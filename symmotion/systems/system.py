@@ -23,6 +23,12 @@ class System(Protocol[Factor]):
 
     H comes as a flat array in the order of `pattern`, from `Evaluator.second_order(x, system.pattern)`. A system holds
     working memory: one for each thread.
+
+    >>> from symmotion.program import Evaluator
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> system: sm.systems.System = sm.systems.system_of(program, Evaluator(program), program.x0)
+    >>> system.reduced(Evaluator(program).gradient(program.x0)).shape
+    (20,)
     """
 
     @property
@@ -82,6 +88,15 @@ def shifted(
     unit: (unknowns,) the units in which the identity is one, `Program.unit`. shifts: what is added to the matrix, in
     place and one after the other, times scale, which is the largest entry of the diagonal when left out; the last is
     returned beside the factor, which is None where they are used up. factorise: in place of the system's own.
+
+    >>> from symmotion.program import Evaluator
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> evaluator = Evaluator(program)
+    >>> system = sm.systems.system_of(program, evaluator, program.x0)
+    >>> matrix = evaluator.second_order(program.x0, system.pattern)[1]
+    >>> factor, shift = sm.systems.shifted(system, matrix, program.unit, sm.systems.tenfold(1e-8))
+    >>> shift >= 0
+    True
     """
     identity, shift = system.on_diagonal(unit) ** -2.0, 0.0
     scale = largest(matrix[system.diagonal] / identity) or 1.0 if scale is None else scale
@@ -94,7 +109,11 @@ def shifted(
 
 
 def tenfold(first: float, most: float = inf) -> Iterator[float]:
-    """first, 10 first, 100 first, … while the sum of those before is `most` or less."""
+    """first, 10 first, 100 first, … while the sum of those before is `most` or less.
+
+    >>> list(sm.systems.tenfold(1.0, most=10.0))
+    [1.0, 10.0]
+    """
     whole = 0.0
     while whole <= most:
         yield first
@@ -109,6 +128,10 @@ def reach(
 
     bounds: lower and upper ones, beside the larger of which a change that is rounding counts as none: that of squares
     at their zero. The bound itself is what counts then.
+
+    >>> from scipy import sparse
+    >>> sm.systems.reach(sparse.csr_array([[1.0, -2.0], [0.0, 0.0]]), np.array([1.0, 10.0]))
+    array([21.,  1.])
     """
     change = np.asarray(abs(jacobian) @ unit)
     if bounds is not None:
@@ -118,5 +141,9 @@ def reach(
 
 
 def largest(values: np.ndarray) -> float:
-    """‖values‖∞, 0 of none."""
+    """‖values‖∞, 0 of none.
+
+    >>> sm.systems.largest(np.array([1.0, -3.0])), sm.systems.largest(np.empty(0))
+    (3.0, 0.0)
+    """
     return float(np.abs(values).max(initial=0.0))

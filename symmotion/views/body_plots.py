@@ -46,6 +46,10 @@ def plot_body(
     times: how many, equally spaced, or which, (N,).
     keyframes: drawn dark and numbered; more than 12 are left out. colour: blue when left out;
         label: for a legend.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> with sm.views.new_figure() as figure:
+    ...     axes = sm.views.plot_body(motion, figure.add_subplot(), times=5)
     """
     require_axes(axes)
     colour = COLOURS[0] if colour is None else colour

@@ -58,7 +58,13 @@ def on_axes(axes: Axes | None) -> Iterator[Axes]:
 
 
 def fit_height(axes: Axes) -> None:
-    """Make a figure as high as its only axes need where their units are of equal length."""
+    """Make a figure as high as its only axes need where their units are of equal length.
+
+    >>> with sm.views.new_figure() as figure:
+    ...     axes = figure.add_subplot(aspect=1.0)
+    ...     lines = axes.plot([0, 4], [0, 1])
+    ...     sm.views.fit_height(axes)
+    """
     figure = axes.figure
     if isinstance(figure, Figure) and axes.get_aspect() == 1.0 and axes.dataLim.width > 0:
         share = axes.dataLim.height / axes.dataLim.width

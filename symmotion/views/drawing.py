@@ -29,7 +29,12 @@ def draw_body(
     colour: str = COLOURS[0],
     alpha: float = 0.4,
 ) -> None:
-    """A planar body at several times of a planar motion."""
+    """A planar body at several times of a planar motion.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_body(figure.add_subplot(), motion, sm.bodies.eight_ellipses(), np.linspace(0, 1, 5))
+    """
     shape = Body.of(body, 2)
     for t in times:
         outlines = shape.polygons(motion.trajectory(shape.vertices, t))
@@ -38,7 +43,12 @@ def draw_body(
 
 
 def draw_path(axes: Axes, motion: Motion, point: Sequence[float] = (0.0, 0.0)) -> None:
-    """The path of a body point of a planar motion."""
+    """The path of a body point of a planar motion.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_path(figure.add_subplot(), motion, (1.0, 0.0))
+    """
     path = motion.trajectory(point, np.linspace(*motion.domain, 300))[:, 0]
     axes.plot(path[:, 0], path[:, 1], color=INK, linewidth=0.8, alpha=0.6)
 
@@ -49,6 +59,10 @@ def draw_inner_products(
     """Inner products of the moving test vectors over time, a line per pair; those at the keyframes as dots.
 
     vectors: (d, T) columns, the unit vectors when left out.
+
+    >>> keys = sm.examples.quarter_turn()
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_inner_products(figure.add_subplot(), sm.interpolants.component_cubic(keys), keys)
     """
     q = np.eye(motion.dimension) if vectors is None else np.asarray(vectors)
     t = _instants(motion)
@@ -69,7 +83,12 @@ def draw_inner_products(
 
 
 def draw_deviation(axes: Axes, motions: Mapping[str, AffineMotion]) -> None:
-    """How far motions are from rigid, ‖AᵀA − I‖ over time on a logarithmic scale, a line for each."""
+    """How far motions are from rigid, ‖AᵀA − I‖ over time on a logarithmic scale, a line for each.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.quarter_turn())
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_deviation(figure.add_subplot(), {"spline": motion})
+    """
     axes.set_yscale("log")
     largest = 0.0
     for k, (label, motion) in enumerate(motions.items()):
@@ -85,7 +104,11 @@ def draw_deviation(axes: Axes, motions: Mapping[str, AffineMotion]) -> None:
 
 
 def nearly_rigid(keyframes: Keyframes) -> bool:
-    """Whether keyframes are rigid as far as a picture of inner products tells: ‖AᵀA − I‖ ≤ 10⁻³."""
+    """Whether keyframes are rigid as far as a picture of inner products tells: ‖AᵀA − I‖ ≤ 10⁻³.
+
+    >>> sm.views.nearly_rigid(sm.examples.quarter_turn()), sm.views.nearly_rigid(sm.examples.planar_keyframes())
+    (True, False)
+    """
     gram = np.swapaxes(keyframes.linear, 1, 2) @ keyframes.linear
     return bool(np.linalg.norm(gram - np.eye(keyframes.dimension), axis=(1, 2)).max() <= NEARLY)
 
@@ -96,7 +119,11 @@ def _instants(motion: AffineMotion) -> np.ndarray:
 
 
 def draw_kkt(axes: Axes, program: Program) -> None:
-    """Where the saddle matrix [[H, Jᵀ], [J, 0]] of a program can differ from zero; a line sets off the multipliers."""
+    """Where the saddle matrix [[H, Jᵀ], [J, 0]] of a program can differ from zero; a line sets off the multipliers.
+
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_kkt(figure.add_subplot(), sm.affine_program(sm.examples.planar_keyframes()))
+    """
     pattern = kkt_pattern(program).toarray()
     axes.imshow(np.where(pattern, 1.0, np.nan), cmap=ListedColormap([COLOURS[0]]), interpolation="nearest")
     for line in (axes.axhline, axes.axvline):
@@ -108,7 +135,12 @@ def draw_kkt(axes: Axes, program: Program) -> None:
 def draw_ellipsoid(
     axes: Axes, motion: Motion, times: np.ndarray, semi_axes: Sequence[float], ink: bool = False
 ) -> None:
-    """An ellipsoid at several times of a spatial motion, as its principal ellipses seen from afar; `ink`: all dark."""
+    """An ellipsoid at several times of a spatial motion, as its principal ellipses seen from afar; `ink`: all dark.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_ellipsoid(figure.add_subplot(), motion, np.linspace(0, 1, 5), [1.0, 0.7, 0.5])
+    """
     s = np.linspace(0, 2 * np.pi, 49)
     circle = np.column_stack([np.cos(s), np.sin(s), np.zeros_like(s)])
     view = VIEW[:, :2]

@@ -44,6 +44,10 @@ def sample_patch(
     region: intervals of u and v, the domain when left out.
 
     Raises InputError where the surface has no normal at a sample.
+
+    >>> patch = sm.views.sample_patch(sm.motions.smooth_net(6), samples=20)
+    >>> patch.points.shape
+    (20, 20, 3)
     """
     (a, b), (c, d) = motion.domain if region is None else region
     u, v = np.linspace(a, b, samples)[:, None], np.linspace(c, d, samples)
@@ -64,7 +68,11 @@ def sample_patch(
 
 
 def facing(patch: Patch) -> np.ndarray:
-    """(3,) a direction to see a surface from: half-way between its mean normal and one tilted by 45°."""
+    """(3,) a direction to see a surface from: half-way between its mean normal and one tilted by 45°.
+
+    >>> sm.views.facing(sm.views.sample_patch(sm.motions.smooth_net(6), samples=20)).shape
+    (3,)
+    """
     normal = patch.normals.mean(axis=(0, 1))
     span = patch.points[-1].mean(axis=0) - patch.points[0].mean(axis=0)
     return normal / np.linalg.norm(normal) + 0.5 * span / np.linalg.norm(span)
@@ -86,6 +94,10 @@ def draw_isophotes(
     Where the surface folds in the view, so that its isophotes lie over each other, the fold is dashed and named.
 
     direction: of the view, `facing` when left out.
+
+    >>> patch = sm.views.sample_patch(sm.motions.smooth_net(6), samples=20)
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_isophotes(figure.add_subplot(), patch)
     """
     view = view_from(facing(patch) if direction is None else direction)
     seen = patch.points @ view
@@ -107,7 +119,12 @@ def draw_zebra(
     stripes: int = 14,
     colour: str = COLOURS[0],
 ) -> None:
-    """Zebra stripes: what a shiny surface reflects of parallel strip lights; direction as for `draw_isophotes`."""
+    """Zebra stripes: what a shiny surface reflects of parallel strip lights; direction as for `draw_isophotes`.
+
+    >>> patch = sm.views.sample_patch(sm.motions.smooth_net(6), samples=20)
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_zebra(figure.add_subplot(), patch)
+    """
     view = view_from(facing(patch) if direction is None else direction)
     seen = patch.points @ view
     eye = view[:, 2]
@@ -127,7 +144,12 @@ def _draw_border(axes: Axes, seen: np.ndarray) -> None:
 
 
 def draw_net(axes: Axes, net: np.ndarray, direction: ArrayLike = DIRECTION, colour: str = COLOURS[0]) -> None:
-    """A control net (n, m, 3) as its lines in a parallel view."""
+    """A control net (n, m, 3) as its lines in a parallel view.
+
+    >>> net = sm.motions.smooth_net(6, spatial=True)
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_net(figure.add_subplot(), net.real[..., 1:])
+    """
     seen = (net @ view_from(direction))[..., :2]
     lines = [*seen, *np.swapaxes(seen, 0, 1)]
     axes.add_collection(LineCollection(lines, colors=colour, linewidths=0.8))
@@ -141,6 +163,10 @@ def draw_fairness(
     """A heat map of L_kl at the interior knots, logarithmic; returns what a colour bar takes.
 
     fairness: (K, L); limits: of the colours, those of the values when left out.
+
+    >>> net = sm.motions.noisy_net(sm.motions.smooth_net(6), 0.01, seed=1)
+    >>> with sm.views.new_figure() as figure:
+    ...     colours = sm.views.draw_fairness(figure.add_subplot(), net, sm.fair(net, max_steps=0).before)
     """
     u, v = (b.origin + b.knots[4 : b.n] for b in motion.bases)
     positive = fairness[fairness > 0]
@@ -178,7 +204,11 @@ def draw_bodies(
     direction: ArrayLike = DIRECTION,
     colour: str = COLOURS[0],
 ) -> None:
-    """A body at positions (…, 3, 3) and (…, 3) in a parallel view, shaded, what is far behind what is near."""
+    """A body at positions (…, 3, 3) and (…, 3) in a parallel view, shaded, what is far behind what is near.
+
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_bodies(figure.add_subplot(), np.eye(3)[None], np.zeros((1, 3)), sm.bodies.jug())
+    """
     view = view_from(direction)
     linear, translation = linear.reshape(-1, 3, 3), translation.reshape(-1, 3)
     shape = Body.of(body, 3)
@@ -204,6 +234,10 @@ def draw_body_along(
 
     spread: of a spherical two-parameter motion, which turns the body on the spot, how far the
     copies are set apart per unit of u along x and of v along y.
+
+    >>> net = sm.motions.smooth_net(6, spatial=True)
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_body_along(figure.add_subplot(), net, sm.bodies.wedge(0.3), [3.0, 4.0], [3.0, 5.0])
     """
     if isinstance(motion, TwoParameterMotion):
         u, v = np.broadcast_arrays(*(np.asarray(p, dtype=float) for p in parameters))

@@ -51,6 +51,9 @@ def write_animation(
 
     Raises InputError for bad bodies, lengths and rates, films too large to be put together, mp4
     where ffmpeg is missing, and a path that cannot be written.
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> sm.views.write_animation(motion, "motion.gif", seconds=0.2)
     """
     _, frames, writer = plan(path, seconds, fps)
     motion = placed(motion)

@@ -18,6 +18,11 @@ def draw_mesh(
 
     A closed mesh shows its outside only. The triangles become an image inside the SVG, at a
     resolution that this sets for the whole figure: as shapes they would be megabytes.
+
+    >>> triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> corner = sm.bodies.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], triangles)
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_mesh(figure.add_subplot(), corner)
     """
     corners = (mesh.vertices @ view)[mesh.triangles]
     flat = mesh.area_vectors @ view
@@ -50,7 +55,12 @@ def draw_curve(
     alpha: float = 1.0,
     view: np.ndarray = VIEW,
 ) -> None:
-    """A curve (N, 3) in space."""
+    """A curve (N, 3) in space.
+
+    >>> t = np.linspace(0, 6, 50)
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_curve(figure.add_subplot(), np.column_stack([np.cos(t), np.sin(t), t]))
+    """
     seen = (np.vstack([points, points[:1]]) if closed else points) @ view
     axes.plot(seen[:, 0], seen[:, 1], color=colour, linewidth=linewidth, alpha=alpha)
     bare(axes)

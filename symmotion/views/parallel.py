@@ -18,6 +18,11 @@ def view_from(direction: ArrayLike) -> np.ndarray:
     """(3, 3) the columns right, up and towards the viewer of a parallel view from a direction, z upright.
 
     From straight above or below, x is to the right.
+
+    >>> sm.views.view_from([0.0, -1.0, 0.0]).round(9) + 0.0
+    array([[ 1.,  0.,  0.],
+           [ 0.,  0., -1.],
+           [ 0.,  1.,  0.]])
     """
     towards = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
     right = np.cross([0.0, 0.0, 1.0], towards)

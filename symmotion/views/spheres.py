@@ -12,13 +12,21 @@ from symmotion.views.style import COLOURS, INK
 
 
 def on_sphere(quaternions: np.ndarray) -> np.ndarray:
-    """(N, 3) unit quaternions (N, 4) projected on the unit sphere: (w, x, y) at length one."""
+    """(N, 3) unit quaternions (N, 4) projected on the unit sphere: (w, x, y) at length one.
+
+    >>> sm.views.on_sphere(np.array([[0.0, 0.0, 1.0, 0.0]]))
+    array([[0., 0., 1.]])
+    """
     shadow = quaternions[:, :3]
     return shadow / np.linalg.norm(shadow, axis=1, keepdims=True)
 
 
 def draw_sphere(axes: Axes, view: np.ndarray = VIEW) -> None:
-    """The unit sphere as its outline and a faint grid."""
+    """The unit sphere as its outline and a faint grid.
+
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_sphere(figure.add_subplot())
+    """
     s = np.linspace(0, 2 * np.pi, 181)
     axes.plot(np.cos(s), np.sin(s), color=INK, linewidth=0.7)
     circles = [
@@ -46,7 +54,12 @@ def draw_curve(
     label: str | None = None,
     view: np.ndarray = VIEW,
 ) -> None:
-    """A curve (N, 3) on the sphere; what lies behind is fainter by the factor `hidden`."""
+    """A curve (N, 3) on the sphere; what lies behind is fainter by the factor `hidden`.
+
+    >>> t = np.linspace(0, 3, 50)
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_sphere_curve(figure.add_subplot(), np.column_stack([np.cos(t), np.sin(t), 0 * t]), "#0072b2")
+    """
     seen = points @ view
     front = seen[:, 2] >= 0
     for side, strength in ((front, alpha), (~front, alpha * hidden)):
@@ -60,7 +73,11 @@ def draw_curve(
 
 
 def draw_points(axes: Axes, points: np.ndarray, colour: str = INK, size: float = 4.0, view: np.ndarray = VIEW) -> None:
-    """Dots (N, 3) on the sphere, hollow where they lie behind."""
+    """Dots (N, 3) on the sphere, hollow where they lie behind.
+
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_sphere_points(figure.add_subplot(), np.eye(3))
+    """
     seen = points @ view
     for x, y, depth in seen:
         axes.plot(x, y, "o", color=colour, markersize=size, markerfacecolor=colour if depth >= 0 else "none")
@@ -75,7 +92,11 @@ def draw_outlines(
     linewidth: float = 0.8,
     view: np.ndarray = VIEW,
 ) -> None:
-    """A body, each face in a colour of its own, at one pose: from body points to the world's."""
+    """A body, each face in a colour of its own, at one pose: from body points to the world's.
+
+    >>> with sm.views.new_figure() as figure:
+    ...     sm.views.draw_outlines(figure.add_subplot(), lambda points: points, sm.bodies.jug())
+    """
     shape = Body.of(body, 3)
     faces = shape.polygons(pose(shape.vertices) @ view)
     shown = [colours[k % len(colours)] for k in range(len(faces))]

@@ -43,7 +43,10 @@ STYLE: dict[RcKeyType, object] = {
 
 
 def method_style(method: str) -> tuple[str, str]:
-    """Colour and marker of a solver method, the same in all figures."""
+    """Colour and marker of a solver method, the same in all figures.
+
+    >>> colour, marker = sm.views.method_style("newton")
+    """
     return METHODS.get(method, (COLOURS[-1], "x"))
 
 
@@ -52,6 +55,10 @@ def new_figure(width: float = 7.0, height: float = 3.2) -> Iterator[Figure]:
     """An empty figure, width × height in inches, and the style in force while it is drawn and exported.
 
     Black is ink: it follows the text colour of the page.
+
+    >>> with sm.views.new_figure(6.0, 3.0) as figure:
+    ...     lines = figure.add_subplot().plot([0, 1], [0, 1])
+    >>> drawn = sm.report.to_figure(figure, "line", "A line.")
     """
     with matplotlib.rc_context():
         matplotlib.rcdefaults()

@@ -26,6 +26,10 @@ class LowerBound(Generic[DesignT]):
     relaxation: the value of the relaxation itself, as the solver gives it; proof: what makes a bound of it, "proved"
     or "numerical" where `proof.valid` is False. moments, status: of the semidefinite program, their number, and what
     the solver says.
+
+    >>> bound = sm.lower_bound(sm.affine_program(sm.examples.planar_keyframes(), refine=0))
+    >>> bound.holds()
+    True
     """
 
     program: Program[DesignT]
@@ -78,6 +82,10 @@ def lower_bound(
 
     Needs Clarabel, the extra `symmotion[global]`. InputError for other programs, and for too large ones; SolveError
     where no minimum is known, or the semidefinite program is not solved. Source: Lasserre 2001; Waki et al. 2006.
+
+    >>> bound = sm.lower_bound(sm.affine_program(sm.examples.planar_keyframes(), refine=0))
+    >>> bound.value <= bound.best.objective
+    True
     """
     require_program(program)
     checks.positive(time_limit, "time_limit")

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy import linalg as la
 
 from symmotion.brief import in_a_line
-from symmotion.checks import choice, numbers, read_only
+from symmotion.checks import choice, numbers
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.motions.keyframes import Keyframes
@@ -27,7 +27,7 @@ from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
 from symmotion.splines.instants import inside
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RotationSpline
@@ -110,7 +110,12 @@ class Interpolant:
 
 
 def component_cubic(keyframes: Keyframes, ends: str = "natural") -> AffineMotion:
-    """Every entry of A and v by a C² cubic spline with simple knots at the keyframe times (HJK 2.2)."""
+    """Every entry of A and v by a C² cubic spline with simple knots at the keyframe times (HJK 2.2).
+
+    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
+    >>> motion
+    AffineMotion(2D, degree 3, 6 controls, times 0 to 1)
+    """
     values = keyframes.coordinates
     return AffineMotion.from_spline(cubic_interpolant(keyframes.times, values, ends), keyframes.dimension)
 
@@ -124,6 +129,11 @@ def polar_blend(keyframes: Keyframes, rotation: Literal["spline", "slerp"] = "sp
     goes either way.
 
     Raises InputError that names a keyframe that is singular or reflected. Source: Shoemake and Duff 1992.
+
+    >>> keys = sm.examples.quarter_turn()
+    >>> sm.interpolants.polar_blend(keys)(0.5).linear.round(6)
+    array([[ 0.707107, -0.707107],
+           [ 0.707107,  0.707107]])
     """
     choice(rotation, ("spline", "slerp"), "rotation")
     keyframes.require_orientation("the polar decomposition")
@@ -145,6 +155,11 @@ def log_blend(keyframes: Keyframes, degree: Literal[1, 3] = 1) -> Interpolant:
 
     Raises InputError that names a keyframe with no real principal logarithm: one that is
     singular, reflected or turned by 180°. Source: Alexa 2002.
+
+    >>> keys = sm.Keyframes([0.0, 1.0], [np.eye(2), 4 * np.eye(2)])
+    >>> sm.interpolants.log_blend(keys)(0.5).linear.round(9) + 0.0
+    array([[2., 0.],
+           [0., 2.]])
     """
     if degree not in (1, 3):
         raise InputError(f"degree {degree!r} of the logarithm: 1 or 3 is needed")
@@ -165,6 +180,11 @@ def steady_morph(keyframes: Keyframes) -> Interpolant:
 
     Raises InputError that names neighbours whose ratio has no real principal logarithm: one of
     them is singular or reflected, or they are turned by 180°. Source: Rossignac and Vinacua 2011.
+
+    >>> keys = sm.Keyframes([0.0, 1.0], [np.eye(2), 4 * np.eye(2)])
+    >>> sm.interpolants.steady_morph(keys)(0.5).linear.round(9) + 0.0
+    array([[2., 0.],
+           [0., 2.]])
     """
     matrices, linear = _matrices(keyframes), keyframes.linear
     for i, one in enumerate(linear):

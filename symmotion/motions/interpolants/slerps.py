@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.brief import in_a_line
-from symmotion.checks import floats, numbers, read_only, whole
+from symmotion.checks import floats, numbers, whole
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.motion import as_points
@@ -20,7 +20,7 @@ from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import check_times
 from symmotion.splines.instants import inside
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
@@ -30,7 +30,11 @@ NODES = 40
 
 
 def slerp(a: ArrayLike, b: ArrayLike, u: ArrayLike) -> np.ndarray:
-    """a exp(u log(a⁻¹ b)), the geodesic from a to b (…, 4), scalar first, at u (…) in [0, 1] and beyond (KKS (3))."""
+    """a exp(u log(a⁻¹ b)), the geodesic from a to b (…, 4), scalar first, at u (…) in [0, 1] and beyond (KKS (3)).
+
+    >>> sm.interpolants.slerp([1.0, 0, 0, 0], [0, 0, 0, 1.0], 0.5).round(6)
+    array([0.707107, 0.      , 0.      , 0.707107])
+    """
     return product(a, exp(floats(u, "u")[..., None] * log(product(conjugate(a), b))))
 
 
@@ -41,6 +45,10 @@ class SegmentCurve:
     times: (S + 1,) the ends of the segments; segment: from indices (N,) and u (N,) to (N, 4); of a
     function of your own it can be evaluated, but not saved.
     Derivatives are those of its Chebyshev interpolant per segment; at a joint, of the segment that begins there.
+
+    >>> curve = sm.interpolants.slerp_curve([0.0, 1.0], [[1, 0, 0, 0], [0.6, 0, 0, 0.8]])
+    >>> curve(0.5).round(6)
+    array([0.894427, 0.      , 0.      , 0.447214])
     """
 
     times: np.ndarray
@@ -175,7 +183,14 @@ class SlerpBezier:
 def slerp_curve(
     times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None, *, scalar_first: bool = True
 ) -> SegmentCurve:
-    """The piecewise slerp through keyframes (KKS figure 1): constant rate between them, which jumps there."""
+    """The piecewise slerp through keyframes (KKS figure 1): constant rate between them, which jumps there.
+
+    >>> curve = sm.interpolants.slerp_curve([0.0, 1.0], [[1, 0, 0, 0], [0.6, 0, 0, 0.8]])
+    >>> curve([0.0, 0.5, 1.0]).round(6)
+    array([[1.      , 0.      , 0.      , 0.      ],
+           [0.894427, 0.      , 0.      , 0.447214],
+           [0.6     , 0.      , 0.      , 0.8     ]])
+    """
     keys = OrientationKeys.of(times, quaternions, scalar_first=scalar_first)
     return SegmentCurve(keys.times, Slerps(keys.quaternions))
 
@@ -186,6 +201,10 @@ def squad(
     """Shoemake's squad through keyframes: slerp(slerp(q_i, q_{i+1}, u), slerp(s_i, s_{i+1}, u), 2u (1 − u)).
 
     s_i = q_i exp(−(log q_i⁻¹q_{i+1} + log q_i⁻¹q_{i−1})/4), at the ends s = q. It is C¹ for uniform times.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> sm.interpolants.squad(keys)(keys.times).shape
+    (4, 4)
     """
     keys = OrientationKeys.of(times, quaternions, scalar_first=scalar_first)
     q = keys.quaternions
@@ -205,6 +224,10 @@ def shoemake_bezier(
     """Shoemake's Bézier curve of one or more segments by de Casteljau's algorithm with slerps.
 
     control_quaternions: (S, n + 1, 4), or (n + 1, 4) for one segment; times: (S + 1,); signs: as in `aligned`.
+
+    >>> curve = sm.interpolants.shoemake_bezier([[1, 0, 0, 0], [0.8, 0, 0, 0.6], [0.6, 0, 0, 0.8], [0, 0, 0, 1]])
+    >>> curve(0.5).round(6)
+    array([0.707107, 0.      , 0.      , 0.707107])
     """
     controls = numbers(control_quaternions, "control quaternions")
     controls = controls[None] if controls.ndim == 2 else controls
@@ -225,6 +248,10 @@ def shoemake_interpolant(
 
     The tangent at a keyframe bisects the double of the way in and the way out; inner controls lie a third
     of the way along it, for the length of each interval. The end segments leave towards their other inner control.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> sm.interpolants.shoemake_interpolant(keys).domain
+    (0.0, 3.0)
     """
     keys = OrientationKeys.of(times, quaternions, scalar_first=scalar_first)
     times, q = keys.times, keys.quaternions

@@ -19,7 +19,11 @@ Signs = Literal["align", "keep", "check"]
 
 
 def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
-    """p q, shapes (…, 4) that broadcast."""
+    """p q, shapes (…, 4) that broadcast.
+
+    >>> sm.quaternions.product([0, 1, 0, 0], [0, 0, 1, 0])
+    array([0., 0., 0., 1.])
+    """
     p, q = floats(p, "quaternions"), floats(q, "quaternions")
     pw, px, py, pz = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
     qw, qx, qy, qz = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
@@ -35,12 +39,20 @@ def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
 
 
 def conjugate(q: ArrayLike) -> np.ndarray:
-    """(w, −x, −y, −z), of a unit quaternion the inverse."""
+    """(w, −x, −y, −z), of a unit quaternion the inverse.
+
+    >>> sm.quaternions.conjugate([0.0, 1.0, 0.0, 0.0])
+    array([ 0., -1., -0., -0.])
+    """
     return floats(q, "quaternions") * [1.0, -1.0, -1.0, -1.0]
 
 
 def exp(v: ArrayLike) -> np.ndarray:
-    """exp(v) = (cos |v|, sin |v| v/|v|) of vectors (…, 3): the turn by 2|v| about v (KKS 2.2)."""
+    """exp(v) = (cos |v|, sin |v| v/|v|) of vectors (…, 3): the turn by 2|v| about v (KKS 2.2).
+
+    >>> sm.quaternions.exp([0.0, 0.0, np.pi / 2]).round(9)
+    array([0., 0., 0., 1.])
+    """
     v = floats(v, "vectors")
     angle = np.linalg.norm(v, axis=-1, keepdims=True)
     # sinc is smooth through zero.
@@ -48,7 +60,11 @@ def exp(v: ArrayLike) -> np.ndarray:
 
 
 def log(q: ArrayLike) -> np.ndarray:
-    """The v (…, 3) of least length with exp(v) = q for unit quaternions (…, 4); |v| ≤ π, at q = −1 along x."""
+    """The v (…, 3) of least length with exp(v) = q for unit quaternions (…, 4); |v| ≤ π, at q = −1 along x.
+
+    >>> sm.quaternions.log([0.0, 0.0, 0.0, 1.0]) / np.pi
+    array([0. , 0. , 0.5])
+    """
     q = floats(q, "quaternions")
     w, v = q[..., :1], q[..., 1:]
     sine = np.linalg.norm(v, axis=-1, keepdims=True)
@@ -64,7 +80,11 @@ def short_log(q: np.ndarray) -> np.ndarray:
 
 
 def rotate(q: ArrayLike, v: ArrayLike) -> np.ndarray:
-    """q v q⁻¹ for unit quaternions (…, 4) and vectors (…, 3)."""
+    """q v q⁻¹ for unit quaternions (…, 4) and vectors (…, 3).
+
+    >>> sm.quaternions.rotate([np.sqrt(0.5), 0, 0, np.sqrt(0.5)], [1.0, 0.0, 0.0]).round(9)
+    array([-0.,  1.,  0.])
+    """
     q, v = floats(q, "quaternions"), floats(v, "vectors")
     twice = 2.0 * np.cross(q[..., 1:], v)
     return v + q[..., :1] * twice + np.cross(q[..., 1:], twice)

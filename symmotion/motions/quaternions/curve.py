@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import choice, numbers, read_only
+from symmotion.checks import choice, numbers
 from symmotion.curves.bezier import check_domain
 from symmotion.errors import InputError
 from symmotion.motions.motion import as_points
@@ -30,7 +30,7 @@ from symmotion.motions.quaternions.jets import evaluate
 from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -65,6 +65,10 @@ class QuaternionMotion:
     Left out, they are the shortest ways between the control quaternions with aligned signs.
 
     The curve is C^{degree − 1} at simple knots, and a control quaternion moves it on degree + 1 spans only.
+
+    >>> curve = sm.quaternions.QuaternionMotion.bezier([[1, 0, 0, 0], [0.8, 0, 0, 0.6], [0, 0, 0, 1]])
+    >>> curve(0.0), curve.rate(0.0).round(3) + 0.0
+    (array([1., 0., 0., 0.]), array([0.   , 0.   , 2.574]))
     """
 
     basis: BSplineBasis

@@ -45,6 +45,11 @@ def interpolate_quaternions(
         ones go the other way round. signs: how those of neighbours are read, see `aligned`.
 
     Raises InputError for what cannot be, SolveError where Newton does not converge.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> curve = sm.quaternions.interpolate_quaternions(keys.times, keys.rotations())
+    >>> bool(np.allclose(curve.rotation(keys.times).as_matrix(), keys.linear))
+    True
     """
     keys = OrientationKeys.of(times, quaternions, turns, signs, scalar_first=scalar_first)
     return interpolate_keys(keys, ends, end_rates, tolerance=tolerance, max_iterations=max_iterations)

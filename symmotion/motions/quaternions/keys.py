@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import numbers, read_only
+from symmotion.checks import numbers
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes, require_no_path
 from symmotion.motions.quaternions.algebra import (
@@ -19,7 +19,7 @@ from symmotion.motions.quaternions.algebra import (
     short_log,
 )
 from symmotion.splines import check_times
-from symmotion.values import value
+from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
@@ -31,6 +31,10 @@ class OrientationKeys:
 
     times: (M,); quaternions: (M, 4) with the signs that the ways lead to; ways: (M − 1, 3)
     half-angle vectors, longer than π/2 where the long way round or whole turns were asked for.
+
+    >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
+    >>> sm.orientation_program(keys).design.keys.ways.shape
+    (2, 3)
     """
 
     times: np.ndarray

@@ -1,0 +1,108 @@
+"""The guide: every block of every page runs, every formula has its line, every name is in the reference."""
+
+import inspect
+import re
+
+import pytest
+
+import symmotion as sm
+from studies.__main__ import discover
+from studies.guide.building import reference
+from studies.guide.building.formulas import ROOT, lines_of
+from studies.guide.building.gallery import SHOWN, TITLES
+from studies.guide.building.pages import linked, source, sources
+from studies.guide.building.running import PageError, blocks, run_page
+
+PAGES = sources()
+FORMULA = re.compile(r"^```\{formula\} (\S+)\n((?::.*\n)+)", re.MULTILINE)
+# What a page can only show: it wants a fresh machine, a cluster, or another program.
+ELSEWHERE = re.compile(r"pip install|python -m studies( |$)|python -m studies\.guide|dask|distributed|usdview|blender")
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_every_block_of_a_page_runs(name):
+    for _block, _shown in run_page(source(name), name):
+        pass
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_what_a_page_names_is_there(name):
+    text = source(name)
+    linked(text, frozenset(reference.known()))
+    for path, options in FORMULA.findall(text):
+        said = dict(re.findall(r":(\w+): (.*)", options))
+        lines_of(path, said["code"], int(said.get("lines", 1)))
+    assert text.count("```{formula}") == len(FORMULA.findall(text))
+    for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text):
+        page = (ROOT / "studies/guide/pages" / name).parent / target
+        made = page.relative_to(ROOT / "studies/guide/pages").parts[0] in ("gallery", "reference")
+        assert made or page.is_file(), target
+
+
+def test_few_blocks_run_elsewhere_and_say_why():
+    said = [(name, block) for name in PAGES for block in blocks(source(name)) if block.is_said("elsewhere")]
+    for name, block in said:
+        assert ELSEWHERE.search(block.code), (name, block.code)
+    assert len(said) <= 10
+
+
+def test_a_page_that_fails_says_where():
+    text = "# A page\n\n```python\nx = 1\n```\n\n```python\nx + y\n```\n"
+    with pytest.raises(PageError, match=r"page, line 7:\nx \+ y\n(.|\n)*NameError: name 'y' is not defined"):
+        list(run_page(text, "page"))
+    with pytest.raises(PageError, match="it raises nothing"):
+        list(run_page("```python raises\n1\n```\n", "page"))
+    with pytest.raises(PageError, match="is no command of symmotion"):
+        list(run_page("```sh\nls\n```\n", "page"))
+    (_, shown), (_, told) = run_page("```python\n1 + 1\n```\n\n```python raises\nraise ValueError('no')\n```\n", "page")
+    assert (shown.text, told.text) == ("2\n", "ValueError: no\n")
+
+
+def test_a_formula_whose_line_is_gone_fails():
+    path = "symmotion/version.py"
+    assert lines_of(path, "__version__ = ")[1].startswith("__version__ = ")
+    with pytest.raises(LookupError, match="has 'nothing of this' 0 times, once is needed"):
+        lines_of(path, "nothing of this")
+
+
+def test_a_name_that_is_not_in_the_reference_fails():
+    with pytest.raises(LookupError, match=r"`sm\.nothing` is not in the reference"):
+        linked("see `sm.nothing(1)`", frozenset(reference.known()))
+    assert "<symmotion.fairing.fair>" not in linked("```python\n`sm.fair`\n```", frozenset(reference.known()))
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_formulas_are_mathml(name):
+    latex = pytest.importorskip("docutils.utils.math.latex2mathml")
+    text = re.sub(r"^```(?!\{formula).*?^```$", "", source(name), flags=re.MULTILINE | re.DOTALL)
+    formulas = re.findall(r"^```\{formula\} \S+\n(?::.*\n)+(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"`[^`]*`", "", re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL))
+    for formula in [*formulas, *re.findall(r"\$\$?([^$]+)\$\$?", text)]:
+        assert latex.tex2mathml(formula).startswith("<math"), formula
+
+
+def test_the_gallery_shows_studies_that_there_are():
+    found = {study.name: study.subject for study in discover()}
+    assert all(found[name] == subject for subject, names in SHOWN.items() for name in names)
+    assert list(TITLES) == list(SHOWN)
+
+
+def test_the_table_of_the_grammar_is_that_of_the_signatures():
+    text = source("explanation/conventions")
+    table = text[text.index("## One grammar") :].split("\n\n")[2].splitlines()
+    kinds = [cell.strip() for cell in table[0].split("|")[2:-1]]
+    assert kinds == ["affine", "fit", "free_times", "orientation", "pose", "curve"]
+    orders = set()
+    for kind in kinds:
+        shown = {}
+        for line in table[2:]:
+            first, *cells = (cell.strip() for cell in line.split("|")[1:-1])
+            for name in re.findall(r"`(\w+)`", first):
+                shown[name] = cells[kinds.index(kind)]
+        found = inspect.signature(inspect.unwrap(getattr(sm, f"{kind}_program"))).parameters
+        orders.add(tuple(name for name in found if name in shown and name != "refine"))
+        for name, cell in shown.items():
+            assert (name in found) == (cell != "–"), (kind, name)
+            if cell not in ("yes", "–"):
+                assert str(found[name].default) == cell, (kind, name)
+    assert len(orders) == 1

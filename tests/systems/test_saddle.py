@@ -1,0 +1,37 @@
+"""The sparse saddle system: its steps are exact, however stiff some bounds are."""
+
+import numpy as np
+import pytest
+
+import symmotion as sm
+from symmotion.program import Bounded
+from symmotion.solvers.frame import Frame
+from symmotion.solvers.journal import Journal
+from symmotion.systems import Saddle
+
+KEYS = sm.examples.random_keyframes(5, 50, 3)
+POSE = sm.pose_program(
+    KEYS.times, KEYS.rotations(), KEYS.translation, refine=2, constraints=[sm.SpeedBound([0.3, -0.1, 0.5], 4.0)]
+)
+
+
+@pytest.mark.parametrize("stiff", [0.0, 1e4, 1e8, 1e10])
+def test_steps_are_exact_beside_stiff_bounds(stiff):
+    frame = Frame(Bounded(POSE, "interpreted", 1), Journal(10), POSE.x0)
+    system = frame.system(POSE.x0)
+    assert isinstance(system, Saddle)
+    gradient, matrix = frame.second_order(system, POSE.x0, np.zeros(system.m), 0.001)
+    pressing = np.zeros(len(frame.lower))
+    pressing[::3] = stiff * frame.size(system, matrix)
+    matrix = matrix + frame.stiffened(system, POSE.x0, np.zeros_like(pressing), pressing, 0.001)
+    factor = system.factorise(matrix)
+    assert factor is not None
+    rng = np.random.default_rng(1)
+    right = np.concatenate([-gradient, rng.normal(size=system.m)])
+    whole = system.matrix(matrix).toarray()
+    # In units in which rows and columns are of size one.
+    d = 1 / np.sqrt(np.abs(whole).max(axis=1))
+    for _ in range(20):
+        d /= np.sqrt(np.abs(whole * d * d[:, None]).max(axis=1))
+    left = d * (right - whole @ system.solve(factor, right))
+    assert np.linalg.norm(left) <= 1e-10 * np.linalg.norm(d * right)
