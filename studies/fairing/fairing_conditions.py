@@ -98,9 +98,9 @@ def pareto(nets: list, full: bool) -> list[Point]:
     return found
 
 
-def at_displacement(net: TwoParameterMotion, method: Method, goal: float) -> TwoParameterMotion:
-    """The net of local steps whose RMS displacement is the first to reach a goal, by bisection in their number."""
-    low, high = 0, 1024
+def at_displacement(net: TwoParameterMotion, method: Method, goal: float, most: int = 1024) -> TwoParameterMotion:
+    """The net of at most so many local steps whose RMS displacement is the first to reach a goal, by bisection."""
+    low, high = 0, most
     best = net
     while high - low > max(4, low // 50):
         steps = (low + high) // 2

@@ -5,7 +5,9 @@ from time import perf_counter
 import numpy as np
 
 import symmotion as sm
+from studies.fairing import fairing_seeds
 from studies.fairing.fairing_nets import fairness, history_figure, net_with, rippled, rms, turn_error
+from studies.shares import spread
 from symmotion.fairing import FairingResult, Method, fair, fairing_program
 from symmotion.motions import noisy_net, smooth_net
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
@@ -17,7 +19,7 @@ PER_KNOT = 0.002 / 121  # and what they reach
 
 def run(options: StudyOptions) -> StudyResult:
     rows, runs, results = [], [], {}
-    for n in (15, 30, 60) if options.full else (15, 30):
+    for n in (15, 30, 60) if options.full else (15,):
         knots = (n - 4) ** 2
         smooth, net, sigma = net_with(INITIAL * knots / 121, n)
         for name, keywords in _methods(PER_KNOT * knots, sigma, n, options.full):
@@ -28,7 +30,7 @@ def run(options: StudyOptions) -> StudyResult:
         runs += _programs(n, net, sigma)
     options.progress("past the minimum")
     smooth, net, _ = net_with(INITIAL)
-    steps = 300_000 if options.full else 60_000
+    steps = 300_000 if options.full else 50_000
     local: tuple[Method, ...] = ("greedy", "orthogonal")
     past = {str(m): fair(net, m, max_steps=steps, divergence=1e9) for m in local}
     options.progress("over-fairing")
@@ -37,9 +39,12 @@ def run(options: StudyOptions) -> StudyResult:
     compared: tuple[Method, ...] = ("greedy", "orthogonal", "least-squares")
     curves = {str(name): _path(rough, truth, name) for name in compared}
     options.progress("growth")
-    growth = tuple(_growth(n) for n in ((15, 30, 60, 120, 240) if options.full else (15, 30, 60, 120)))
-    tables = (_table(rows), _past_table(past), _curves_table(curves), _growth_table(growth))
+    growth = tuple(_growth(n) for n in ((15, 30, 60, 120, 240) if options.full else (15, 30)))
+    seeds = fairing_seeds.study(options.full, options.progress)
+    shown = fairing_seeds.tables(seeds)
+    tables = (*shown, _table(rows), _past_table(past), _curves_table(curves), _growth_table(growth))
     figures = (
+        fairing_seeds.figure(seeds),
         history_figure(
             {m: r.history for m, r in past.items()},
             "past-the-minimum",
@@ -49,14 +54,16 @@ def run(options: StudyOptions) -> StudyResult:
         _over_fairing(curves, rms(turn_error(rough, truth)), fairness(truth)),
         _growth_figure(growth),
     )
+    steps = spread(seeds.steps[fairing_seeds.SPACINGS[0], "greedy"], 4)
     first, least = results[15, "greedy"], results[15, "least squares"]
     grows = sum(points[-1][1] > 1.02 * min(p[1] for p in points) for points in curves.values())
     answer = (
         f"To G ≤ 0.002 a 15 × 15 net moves by {rms(least.displacement):.3g} (RMS) by least squares, by "
-        f"{rms(first.displacement):.3g} by greedy steps; faired on, the error against the truth grows again in "
+        f"{rms(first.displacement):.3g} by {steps} greedy steps; faired on, the "
+        "error against the truth grows again in "
         f"{grows} of {len(curves)} ways."
     )
-    text = _conclusion(results, past, curves, growth)
+    text = f"{fairing_seeds.told(seeds)}\n\n{_conclusion(results, past, curves, growth)}"
     return StudyResult(tables, figures, tuple(runs), text, answer=answer)
 
 

@@ -1,7 +1,6 @@
 """Seeded problems with inequalities, of every kind of program; what the studies of bounds draw from."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -9,45 +8,43 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import symmotion as sm
+from studies.solving.problem_set.problem import Measured, Problem
 from symmotion.program import Evaluator
 
 POINTS = np.concatenate([np.zeros((1, 3)), np.eye(3)])
 TIP = np.array([0.3, -0.1, 0.5])
 
 
-@dataclass(frozen=True, eq=False)
-class BoundedProblem:
-    """A program with bounds; kind: what is bounded; share: the limit relative to what is without it, 1 where apart."""
-
-    kind: str
-    name: str
-    program: sm.program.Program
-
-
 # Any: programs of all kinds.
 Made = Callable[[Sequence[Any]], Any]
 
 
-def problem(seed: int) -> BoundedProblem:
+def problem(seed: int, known: Sequence[float] | None = None) -> Problem:
     """The problem of a seed: the kinds take turns, the rest is drawn.
 
     Limits are drawn beside what the motion without them does: from as much down to 0.75 of it, which not every
-    problem can keep.
+    problem can keep. known: what was measured of that motion before, see `Measured`.
     """
     rng = np.random.default_rng(seed)
     kind = list(KINDS)[seed % len(KINDS)]
     share = round(float(rng.uniform(0.75, 1.0)), 3)
     count = int(rng.integers(4, 13))
-    return BoundedProblem(kind, f"{seed}: {kind}, {count} keyframes, limit × {share:g}", KINDS[kind](rng, count, share))
+    measured = Measured(known)
+    program = KINDS[kind](rng, count, share, measured)
+    return Problem(kind, f"{seed}: {kind}, {count} keyframes, limit × {share:g}", program, measured.numbers)
 
 
-def _limited(make: Made, bound: Callable[[float], Any], share: float, squared: bool = False) -> sm.program.Program:
+def _limited(
+    make: Made, bound: Callable[[float], Any], share: float, measured: Measured, squared: bool = False
+) -> sm.program.Program:
     """The program whose bound is a share of what its free motion reaches where the bound is looked at."""
-    free = sm.ExactNewton().solve(make([]))
-    wide = make([bound(1.0)])
-    evaluator = Evaluator(wide)
-    most = float(evaluator.values(free.x)[-wide.constraints[-1].size :].max())
+    most = measured(lambda: largest(make([bound(1.0)]), sm.ExactNewton().solve(make([])).x))
     return make([bound(share * (most**0.5 if squared else most))])
+
+
+def largest(program: sm.program.Program, x: np.ndarray) -> float:
+    """The largest value of a program's last constraint at x (unknowns,)."""
+    return float(Evaluator(program).values(x)[-program.constraints[-1].size :].max())
 
 
 def _keys(rng: np.random.Generator, count: int, angle: float = 60.0) -> sm.Keyframes:
@@ -59,28 +56,29 @@ def _objective(rng: np.random.Generator) -> sm.energies.Energy:
     return sm.Rigidity(int(rng.integers(1, 3))) + weight * sm.TrajectoryEnergy(POINTS)
 
 
-def _speed(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _speed(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     keys, objective = _keys(rng, count), _objective(rng)
     return _limited(
         lambda c: sm.affine_program(keys, objective=objective, constraints=c),
         lambda limit: sm.SpeedBound(POINTS, limit),
         share,
+        measured,
         squared=True,
     )
 
 
-def _tolerance(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _tolerance(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     keys, objective = _keys(rng, count, 150.0), _objective(rng)
     loose = sm.constraints.Tolerance(linear=0.4 * (1 - share), translation=1 - share)
     return sm.affine_program(keys, objective=objective, constraints=[loose])
 
 
-def _no_inversion(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _no_inversion(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     keys, objective = _keys(rng, count, 170.0), sm.Rigidity(2) + 1e-2 * sm.TrajectoryEnergy(POINTS)
     return sm.affine_program(keys, objective=objective, constraints=[sm.constraints.NoInversion(share)])
 
 
-def _floor(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _floor(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     keys, objective = _keys(rng, count), _objective(rng)
 
     def bound(depth: float) -> sm.JetConstraint:
@@ -89,20 +87,19 @@ def _floor(rng: np.random.Generator, count: int, share: float) -> sm.program.Pro
         )
 
     lowest = float(-(keys.linear @ POINTS.T + keys.translation[:, :, None])[:, 2].min())
-    free = sm.ExactNewton().solve(sm.affine_program(keys, objective=objective))
-    wide = sm.affine_program(keys, objective=objective, constraints=[bound(0.0)])
-    most = float(Evaluator(wide).values(free.x)[-wide.constraints[-1].size :].max())
+    free, wide = (sm.affine_program(keys, objective=objective, constraints=c) for c in ((), [bound(0.0)]))
+    most = measured(lambda: largest(wide, sm.ExactNewton().solve(free).x))
     # Between the lowest keyframe, or a little above, and what the free motion does.
     return sm.affine_program(
         keys, objective=objective, constraints=[bound(lowest + (share - 0.8) * max(most - lowest, 0.01) / 0.2)]
     )
 
 
-def _keep_out(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _keep_out(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     keys, objective = _keys(rng, count), _objective(rng)
-    free = sm.ExactNewton().solve(sm.affine_program(keys, objective=objective)).motion
+    free = sm.affine_program(keys, objective=objective)
     k = int(rng.integers(count - 1))
-    middle = free(keys.times[k : k + 2].mean()).translation
+    middle = measured.all(lambda: sm.ExactNewton().solve(free).motion(keys.times[k : k + 2].mean()).translation, 3)
     ends = np.linalg.norm(keys.translation - middle, axis=1).min()
     centre = middle + 0.05 * rng.normal(size=3)
     radius = (1.7 - share) * 0.8 * ends
@@ -110,12 +107,13 @@ def _keep_out(rng: np.random.Generator, count: int, share: float) -> sm.program.
     return sm.affine_program(keys, objective=objective, constraints=[apart])
 
 
-def _fit(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _fit(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     samples = sm.examples.random_keyframes(4 * count, 10, int(rng.integers(1_000_000)))
     return _limited(
         lambda c: sm.fit_program(samples, controls=count + 3, constraints=c),
         lambda limit: sm.SpeedBound(np.zeros(3), limit),
         share,
+        measured,
         squared=True,
     )
 
@@ -130,55 +128,61 @@ def _turns(rng: np.random.Generator, count: int) -> tuple[np.ndarray, Rotation]:
     return np.cumsum(rng.uniform(0.7, 1.3, count)), Rotation.concatenate(turns)
 
 
-def _rate(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _rate(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     times, turns = _turns(rng, count)
-    free = sm.ExactNewton().solve(sm.orientation_program(times, turns, refine=2))
-    t = np.linspace(*free.motion.domain, 400)
-    fastest = float(np.linalg.norm(free.motion.rate(t, "body"), axis=1).max())
+
+    def reached() -> float:
+        free = sm.ExactNewton().solve(sm.orientation_program(times, turns, refine=2))
+        t = np.linspace(*free.motion.domain, 400)
+        return float(np.linalg.norm(free.motion.rate(t, "body"), axis=1).max())
+
+    fastest = measured(reached)
     return sm.orientation_program(times, turns, refine=2, constraints=[sm.RateBound(share * fastest)])
 
 
-def _torque(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _torque(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     times, turns = _turns(rng, count)
     inertia = (1.0, 2.0, 2.5)
     objective = sm.Torque(inertia)
-    wide = sm.orientation_program(
-        times, turns, objective=objective, refine=3, constraints=[sm.constraints.TorqueBound(1.0, inertia)]
+    return _limited(
+        lambda c: sm.orientation_program(times, turns, objective=objective, refine=3, constraints=c),
+        lambda limit: sm.constraints.TorqueBound(limit, inertia),
+        share,
+        measured,
+        squared=True,
     )
-    free = sm.ExactNewton().solve(sm.orientation_program(times, turns, objective=objective, refine=3))
-    most = float(Evaluator(wide).values(free.x)[-wide.constraints[-1].size :].max()) ** 0.5
-    bound = sm.constraints.TorqueBound(share * most, inertia)
-    return sm.orientation_program(times, turns, objective=objective, refine=3, constraints=[bound])
 
 
-def _pose(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _pose(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     times, turns = _turns(rng, count)
     places = np.cumsum(rng.normal(size=(count, 3)), axis=0)
     return _limited(
         lambda c: sm.pose_program(times, turns, places, refine=2, constraints=c),
         lambda limit: sm.SpeedBound(TIP, limit),
         share,
+        measured,
         squared=True,
     )
 
 
-def _curve(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _curve(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     points = np.cumsum(rng.normal(size=(count, 3)), axis=0)
     keys = sm.Keyframes(np.cumsum(rng.uniform(0.7, 1.3, count)), np.tile(np.eye(3), (count, 1, 1)), points)
     return _limited(
         lambda c: sm.curve_program(keys, constraints=c, degree=5),
         lambda limit: sm.JetConstraint(lambda jet: ca.sumsqr(jet.ddx), lower=-np.inf, upper=limit, name="acceleration"),
         share,
+        measured,
     )
 
 
-def _free_times(rng: np.random.Generator, count: int, share: float) -> sm.program.Program:
+def _free_times(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
     keys = _keys(rng, min(count, 8), 90.0)
     objective = sm.Rigidity() + 1e-2 * sm.TrajectoryEnergy(POINTS)
     return sm.free_times_program(keys, objective=objective, least_step=0.8 * share * float(np.diff(keys.times).min()))
 
 
-KINDS: dict[str, Callable[[np.random.Generator, int, float], sm.program.Program]] = {
+KINDS: dict[str, Callable[[np.random.Generator, int, float, Measured], sm.program.Program]] = {
     "speed": _speed,
     "tolerance": _tolerance,
     "no inversion": _no_inversion,

@@ -1,11 +1,10 @@
 """Seeded keyframe problems that are hard in one way each; what the study of robustness draws from."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 import symmotion as sm
+from studies.solving.problem_set.problem import Problem
 
 COUNTS = (3, 4, 5, 6, 8, 10, 12)
 DEGREES = (3, 4, 5, 6, 7)
@@ -16,15 +15,6 @@ WIDE, OPPOSITE, SHEARED, SCALED, FAR = KINDS = (
     "sizes 1 to 1,000",
     "1e-3 apart at 1e6",
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """A program; kind: what makes it hard; name: its seed and make."""
-
-    kind: str
-    name: str
-    program: sm.program.Program
 
 
 def problem(seed: int) -> Problem:

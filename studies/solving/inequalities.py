@@ -10,7 +10,7 @@ import numpy as np
 
 import symmotion as sm
 from studies.shares import share
-from studies.solving.bounded_problems import KINDS, POINTS, BoundedProblem, problem
+from studies.solving.bounded_problems import KINDS, POINTS, problem
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
 from symmotion.views import COLOURS, new_figure
 
@@ -63,7 +63,7 @@ def certified(solution: sm.Solution) -> bool:
 def run(options: StudyOptions) -> StudyResult:
     pairs = []
     for seed in range(FULL if options.full else QUICK):
-        task: BoundedProblem = problem(seed)
+        task = problem(seed)
         options.progress(task.name)
         pairs.append(Pair.of(task.name, task.kind, task.program))
     sped = []

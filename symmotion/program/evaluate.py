@@ -57,9 +57,9 @@ class Evaluator:
             raise InputError(f"kernels {kernels!r}: there are {', '.join(get_args(Kernels))}")
         if threads is not None and not (isinstance(threads, int) and threads > 0):
             raise InputError(f"threads {threads!r}: a positive number is needed")
-        threads = threads or default_threads()
-        self.terms = [BlockEvaluator(b, kernels, threads) for b in program.terms]
-        self.constraints = [BlockEvaluator(c.block, kernels, threads) for c in program.constraints]
+        self.threads = threads or default_threads()
+        self.terms = [BlockEvaluator(b, kernels, self.threads) for b in program.terms]
+        self.constraints = [BlockEvaluator(c.block, kernels, self.threads) for c in program.constraints]
         self.seconds, self.counts = 0.0, Counter[str]()
 
     def __repr__(self) -> str:

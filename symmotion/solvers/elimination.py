@@ -1,5 +1,6 @@
 """The classical way: interpolation conditions eliminated, damped Newton on what is left (HJK 4.3, 4.4)."""
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -64,7 +65,7 @@ class Elimination:
         stages = [program] if self.stages is None else [*program.stages(self.stages), program]
         log: list[Iteration] = []
         x, multipliers = program.x0, np.zeros(program.conditions)
-        evaluated, failure = 0.0, None
+        evaluated, failure, counts = 0.0, None, Counter[str]()
         for stage in stages:
             x = start_vector(stage, start)
             evaluator, system = Evaluator(stage), _system(stage)
@@ -75,13 +76,14 @@ class Elimination:
             x, multipliers, failure = self._descend(x, evaluator, system, journal)
             log, journal.log = log + journal.log, []
             evaluated += evaluator.seconds
+            counts += evaluator.counts
             journal.solved()
             if failure:
                 break
             start = stage.design.motion(stage.unpack(x))
         if len(x) != program.unknowns:  # an early stage failed: the certificate is that of the start
             x, multipliers = program.x0, np.zeros(program.conditions)
-        return conclude(
+        solution = conclude(
             program,
             self,
             x,
@@ -91,6 +93,7 @@ class Elimination:
             seconds=journal.seconds(program, evaluated),
             failure=failure,
         )
+        return replace(solution, evaluations=dict(counts))
 
     def _descend(
         self, x: np.ndarray, evaluator: Evaluator, system: Condensed, journal: Journal

@@ -65,6 +65,8 @@ class ExactNewton:
     with the Hessian of the Lagrangian, and the merit function is f + μ ‖g‖₁.
 
     tolerance: of the certificate, see `Certificate.holds`. max_iterations: of a descent.
+    steps: "twice", as said. To compare with: "blend", the first descent alone; "shifted", the second alone, along
+        linear equalities; "gauss-newton", θ = 0 until that has converged.
     system: "condensed" (banded, where the conditions decouple), "sparse" (LDLᵀ, any
         equalities), or "auto", by the program's structure.
     kernels: "compiled" by the machine's C compiler, which takes most objectives less than a second,
@@ -89,9 +91,11 @@ class ExactNewton:
     threads: int | None = None
     time_limit: float | None = None
     callback: Callback | None = field(default=None, repr=False, compare=False)
+    steps: Literal["twice", "blend", "shifted", "gauss-newton"] = "twice"
 
     def __post_init__(self):
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
+        choice(self.steps, ("twice", "blend", "shifted", "gauss-newton"), "steps")
         choice(self.system, ("auto", "condensed", "sparse"), "system")
         require_kernels(self.kernels, self.threads)
 
@@ -116,6 +120,8 @@ class ExactNewton:
         x = start_vector(program, start)
         evaluator = Evaluator(program, kernels or self.kernels, self.threads)
         along = self._bounded if not program.equalities_only else self._straight if program.linear else self._curved
+        if self.steps == "shifted" and along != self._straight:
+            raise InputError('steps="shifted" goes along linear equalities only, which this program has not alone')
         if isinstance(start, Solution) and along == self._straight:
             x, multipliers = self._continued(evaluator, x, start, journal)
             if multipliers is not None:
@@ -162,10 +168,10 @@ class ExactNewton:
         if (failure := _contradicted(evaluator, system, x)) is not None:
             return x, np.zeros(evaluator.program.conditions), failure
         x = system.feasible(x, evaluator.violation(x))
-        first = Straight(self.tolerance, evaluator, system, journal, x, blend=True)
+        first = Straight(self.tolerance, evaluator, system, journal, x, blend=self.steps != "shifted")
         # A start of the caller's own is taken for close to the minimum, where the exact Hessian serves.
-        failure, fell_back = descend(first, LEAST if start is None else 1.0)
-        if start is not None or not fell_back:
+        failure, fell_back = descend(first, self._theta(LEAST if start is None else 1.0))
+        if start is not None or not fell_back or self.steps != "twice":
             return first.x, first.multipliers, failure
         if journal.stopped:
             return first.x, first.multipliers, failure or journal.ending()
@@ -194,7 +200,7 @@ class ExactNewton:
         if multipliers is None:
             multipliers = saddle.multipliers(evaluator.gradient(x))
         course = Curved(self.tolerance, evaluator, saddle, journal, x, multipliers)
-        failure, _ = descend(course, 1.0)
+        failure, _ = descend(course, self._theta(1.0))
         return course.x, course.multipliers, failure
 
     def _bounded(
@@ -209,7 +215,7 @@ class ExactNewton:
         course = Interior(self.tolerance, frame, x)
         known = start_multipliers(evaluator.program, start)
         continued = known is not None and course.continues(known)
-        failure = None if continued else descend(course, LEAST if start is None else 1.0)[0]
+        failure = None if continued else descend(course, self._theta(LEAST if start is None else 1.0))[0]
         evaluator.seconds, evaluator.counts = bounded.seconds, bounded.counts
         if failure is not None and not journal.stopped and frame.missed(course.x) > self.tolerance:
             found = find_feasible(frame, x)
@@ -218,9 +224,13 @@ class ExactNewton:
                 return found.x, np.zeros(evaluator.program.conditions), failure
             if found.feasible:
                 course = Interior(self.tolerance, frame, found.x)
-                failure, _ = descend(course, LEAST)
+                failure, _ = descend(course, self._theta(LEAST))
         evaluator.seconds, evaluator.counts = bounded.seconds, bounded.counts
         return course.x, course.multipliers, failure
+
+    def _theta(self, usual: float) -> float:
+        """The share of the exact Hessian in the first matrix."""
+        return {"gauss-newton": 0.0, "shifted": 1.0}.get(self.steps, usual)
 
     def _system(self, evaluator: Evaluator, x: np.ndarray) -> AnySystem:
         program = evaluator.program

@@ -190,7 +190,7 @@ class Solution(Generic[DesignT]):
     evaluations: how often what was evaluated, by kind, where known.
     exchange: how bounds that are meant for all times came to hold; None of programs without.
     interrupted: whether a callback or the time limit ended it, with a solution or without, so that it may end
-    elsewhere another time.
+    elsewhere another time. claimed: whether the solver itself reported success, whatever the certificate says of it.
 
     status, certificate, seconds: how it ended, what symmotion computed there, and how long it took. Raises
     InputError where the motion of several bodies is asked for as one.
@@ -214,6 +214,7 @@ class Solution(Generic[DesignT]):
     evaluations: Mapping[str, int] = field(default_factory=dict)
     exchange: Course | None = None
     interrupted: bool = False
+    claimed: bool = True
 
     __getstate__ = made_of
 

@@ -137,6 +137,7 @@ def conclude(
     require_program(program)
     counts = dict(evaluator.counts) if evaluator else {}
     interrupted = failure is not None and failure[0] in (Status.STOPPED, Status.TIME_LIMIT)
+    claimed = failure is None
     certificate = certify(program, x, multipliers, evaluator)
     wanting = certificate.wanting(solver.tolerance)
     if wanting and failure is None:
@@ -168,4 +169,5 @@ def conclude(
         message,
         counts,
         interrupted=interrupted,
+        claimed=claimed,
     )

@@ -6,12 +6,14 @@ import signal
 import threading
 import time
 from dataclasses import replace
+from typing import Any, cast
 
 import casadi as ca
 import numpy as np
 import pytest
 
 import symmotion as sm
+from studies.solving.hard_keyframes import problem
 from symmotion.program import Evaluator
 from symmotion.solvers import PlainIpopt, Solver, solver_by_name
 
@@ -251,3 +253,30 @@ def test_ipopt_takes_its_own_options_by_their_own_names():
 def test_options_that_ipopt_does_not_take(options, message):
     with pytest.raises(sm.InputError, match=message):
         sm.Ipopt(options=options)
+
+
+def test_a_variant_of_newton_takes_its_own_way_to_a_minimum():
+    program = problem(26).program
+    found = {s: sm.ExactNewton(steps=s).solve(program).require() for s in ("twice", "blend", "shifted")}
+    descents = {name: [i.objective for i in s.log].count(s.log[0].objective) for name, s in found.items()}
+    assert descents == {"twice": 2, "blend": 1, "shifted": 1}
+    assert found["twice"].objective == min(found["blend"].objective, found["shifted"].objective)
+    assert all(i.theta == 1.0 for i in found["shifted"].log if i.theta is not None)
+    gauss = sm.ExactNewton(steps="gauss-newton").solve(hard()).require()
+    thetas = [i.theta for i in gauss.log if i.theta is not None]
+    assert thetas[0] == 0.0 and set(thetas) <= {0.0, 1.0}
+    assert sm.ExactNewton(steps="gauss-newton").solve(curved()).certified
+    with pytest.raises(sm.InputError, match="linear equalities only"):
+        sm.ExactNewton(steps="shifted").solve(curved())
+    with pytest.raises(sm.InputError, match="steps"):
+        sm.ExactNewton(steps=cast(Any, "thrice"))
+
+
+def test_a_solution_tells_what_its_solver_claimed_before_its_certificate():
+    program = sm.affine_program(sm.examples.random_keyframes(4, 140, 1))
+    assert sm.ExactNewton().solve(program).claimed
+    saddle = sm.Elimination(damping=0.5).solve(program)
+    stopped = sm.ExactNewton(max_iterations=2).solve(program)
+    assert stopped.status == "iteration-limit" and not stopped.claimed
+    assert saddle.claimed == (saddle.status in ("solved", "saddle"))
+    assert saddle.evaluations["hessian"] == len(saddle.log)
