@@ -42,6 +42,8 @@ class Evaluator:
     kernels: see `kernel_function`; threads: that a long program may use, see `default_threads`;
     seconds: spent in it so far; counts: how often what was evaluated.
 
+    Raises InputError for kernels and threads that there are not.
+
     >>> from symmotion.program import Evaluator
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> Evaluator(program).gradient(program.x0).shape

@@ -85,6 +85,8 @@ class ExactNewton:
     callback: called with every `Iteration` of the log; where it returns True the solve stops.
     ways: segments that are tried the other way round; 0 for the program's own start alone, as `compare` has it.
 
+    Raises InputError for options out of range, and for what a system cannot take.
+
     >>> solution = sm.ExactNewton(tolerance=1e-10).solve(sm.affine_program(sm.examples.planar_keyframes()))
     >>> solution.status.value, solution.inertia
     ('solved', 'positive')

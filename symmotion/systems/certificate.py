@@ -57,6 +57,8 @@ class Certificate:
     quadrature: by how much the objective may miss the integrals that its terms stand for; unresolved: what is said of
         the terms of which that leaves no digit. They fail the certificate.
 
+    Raises InputError for a tolerance that is negative.
+
     >>> certificate = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).certificate
     >>> certificate.holds(1e-8), certificate.inertia
     (True, 'positive')
@@ -190,6 +192,10 @@ def certify(
     program: Program, x: np.ndarray, multipliers: np.ndarray, evaluator: Evaluator | None = None
 ) -> Certificate:
     """The certificate of a point x (unknowns,) with multipliers (conditions,).
+
+    Raises InputError for other shapes, and for what is no program.
+
+    program: that has them; evaluator: of the program, where there is one already.
 
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> sm.certify(program, program.x0, np.zeros(program.conditions)).holds(1e-8)
