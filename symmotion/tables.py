@@ -38,6 +38,8 @@ class Column:
 class Table:
     """Rows of text, numbers, truth values or None (missing), one cell per column; NumPy scalars become plain ones.
 
+    Raises InputError for rows of other lengths than the columns.
+
     >>> from symmotion.report import Column, Table
     >>> Table("heights", (Column("name"), Column("h", "mm")), (("a", 1.5), ("b", None))).numeric
     (False, True)

@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import re
 
 import numpy as np
 import pytest
@@ -25,9 +26,40 @@ def test_examples_run(group, monkeypatch, tmp_path):
     for entry in (e for e in ENTRIES if e.group == group):
         for test in finder.find(entry.thing, entry.path, module=False, globs={"np": np, "sm": sm}):
             runner.run(test)
-    assert runner.summarize(verbose=False).failed == 0
+    found = runner.summarize(verbose=False)
+    assert found.failed == 0 and found.attempted >= 2
 
 
 @pytest.mark.parametrize("group", GROUPS)
 def test_every_public_name_has_an_example(group):
     assert [e.path for e in ENTRIES if e.group == group and ">>>" not in text_of(e)] == []
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_who_refuses_input_says_so(group):
+    silent = [
+        entry.path
+        for entry in ENTRIES
+        if entry.group == group
+        and "raise InputError" in inspect.getsource(inspect.unwrap(entry.thing))  # pyright: ignore[reportArgumentType]
+        and "InputError" not in text_of(entry)
+    ]
+    assert silent == []
+
+
+@pytest.mark.parametrize(
+    "group", [group for group in GROUPS if group in ("design", "constraints", "curves", "energies")]
+)
+def test_what_is_asked_with_is_told_by_name(group):
+    """Parameters of the functions that a program is asked for with, and of conditions and energies."""
+    untold = {
+        entry.path: missing
+        for entry in ENTRIES
+        if entry.group == group and not getattr(entry.thing, "_is_protocol", False)
+        if (missing := [name for name in parameters_of(entry) if not re.search(rf"\b{name}\b", text_of(entry))])
+    }
+    assert untold == {}
+
+
+def parameters_of(entry: Entry) -> list[str]:
+    return list(inspect.signature(entry.thing).parameters)  # pyright: ignore[reportArgumentType]

@@ -62,6 +62,8 @@ class FitCovariance:
     samples: (M, d² + d, d² + d) Σ, of each sample's coordinates, rows of A first; samples are independent.
     sizes: the standard deviations of places and turns [rad] that they were made of, None where they were given.
 
+    solution: of the fit. Raises InputError for times outside of the motion.
+
     >>> samples = sm.examples.recorded_tour(60)
     >>> fit = sm.ExactNewton().solve(sm.fit_program(samples, controls=20)).require()
     >>> covariance = sm.answers.fit_covariance(fit, (0.001, 0.002))
@@ -113,6 +115,8 @@ def fit_covariance(solution: Solution, noise: tuple[float, float] | ArrayLike | 
         axis in rad; or covariances of its coordinates (d² + d, d² + d), rows of A first, one or (M, …) one of each;
         None to be estimated from what the fit leaves, by the degrees of freedom that the fit has not taken.
 
+    solution: of a `fit_program`. Raises InputError for others, and for noise of other shapes.
+
     >>> samples = sm.examples.recorded_tour(60)
     >>> fit = sm.ExactNewton().solve(sm.fit_program(samples, controls=20)).require()
     >>> sm.answers.fit_covariance(fit, (0.001, 0.002)).band(3).positions.translation.shape
@@ -141,6 +145,8 @@ def noise_of(solution: Solution) -> tuple[float, float]:
     """Standard deviations of places and turns [rad], each coordinate, of the samples of a fit, from its residuals.
 
     Σ rᵢ² divided by the number of residuals less the trace of ∂fitᵢ/∂sampleᵢ.
+
+    Raises InputError where the fit leaves no degree of freedom to tell noise from.
 
     >>> samples = sm.examples.recorded_tour(100)
     >>> fit = sm.ExactNewton().solve(sm.fit_program(samples, controls=20)).require()

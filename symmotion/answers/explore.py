@@ -33,6 +33,8 @@ class Exploration(Generic[DesignT]):
     starts: in the order in which they were tried; led: by start, the minimum (its place in `minima`) that it led to, −1
     where it led to none. reason: why no more were tried.
 
+    program: that was explored. Raises InputError where there is no minimum.
+
     >>> program = sm.affine_program(sm.examples.random_keyframes(4, 150, seed=3))
     >>> search = sm.explore(program, budget=4)
     >>> bool(search.best.objective == min(search.objectives))
@@ -137,6 +139,8 @@ def explore(
 
     Minima differ where their objectives do by more than a millionth, or their motions by more than a thousandth; of
     those that are not strict, which may be one of many, only objectives count.
+
+    Raises InputError for a budget below 1.
 
     >>> program = sm.affine_program(sm.examples.random_keyframes(4, 150, seed=3))
     >>> search = sm.explore(program, budget=4)

@@ -69,6 +69,10 @@ def auto_knots(
     it stops. It stops, too, where all that is left of the objective is rounding, and where spans are as short as times
     resolve. solver: ExactNewton() when left out. Raises SolveError where a stage is not solved.
 
+    degree: of the motion. Raises InputError for a budget, share or fall out of range.
+
+    keyframes: that are passed.
+
     >>> search = sm.answers.auto_knots(sm.examples.planar_keyframes(), objective=sm.Rigidity(2), budget=3)
     >>> search.reason
     'the budget of 3 knots is used'
@@ -112,6 +116,8 @@ def auxiliary_keyframes(keyframes: Keyframes, per_segment: int = 1, rigid: bool 
     rigid: orthonormalise the new ones (polar factor). Fewer than four keyframes take the
     polynomial through all. For keyframes so far apart that optimisation fails: optimise
     through these first, then start the true problem from that motion.
+
+    Raises InputError for a number below 1, and where the cubic between two keyframes is reflected.
 
     >>> sm.answers.auxiliary_keyframes(sm.examples.planar_keyframes()).times.round(3)
     array([0.   , 0.168, 0.335, 0.501, 0.666, 0.833, 1.   ])

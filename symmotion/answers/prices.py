@@ -27,6 +27,8 @@ class KeyframePrices:
         entry; turning: (M, 3) in space, (M,) in the plane, the change per radian of turning keyframe
         i about the fixed axes through its own origin.
 
+    Raises InputError for a keyframe that does not exist, and other keyframes than these.
+
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
     >>> prices = sm.answers.keyframe_prices(solution)
     >>> cheaper = prices.downhill(prices.ranking[0], 0.01)
@@ -83,6 +85,8 @@ class KeyframePrices:
 
 def keyframe_prices(solution: Solution) -> KeyframePrices:
     """The prices of the keyframes at a solution; the multipliers with their sign turned.
+
+    Raises InputError for solutions of programs that have no affine keyframes.
 
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
     >>> prices = sm.answers.keyframe_prices(solution)

@@ -25,6 +25,8 @@ class TimePrices:
     gradient: (M,) ∂f*/∂tᵢ, in units of the objective per unit of time. Where `free_times_program` has its optimum those
     of the inner times vanish, and the last one is less than zero, as f* falls with the time in all.
 
+    solution: whose they are. Raises InputError for times that do not fit.
+
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
     >>> sm.answers.time_prices(solution).gradient.shape
     (4,)
@@ -54,6 +56,8 @@ def time_prices(solution: Solution) -> TimePrices:
 
     f* changes as the Lagrangian of `free_times_program` does at the solution, ∂f*/∂t = ∂L/∂t. Knots are those of
     `refine`; the times of constraints move with the keyframes beside them.
+
+    Raises InputError for solutions of other programs, and knots that `refine` has not set.
 
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
     >>> bool(np.isfinite(sm.answers.time_prices(solution).gradient).all())

@@ -107,6 +107,10 @@ def solve_each(
 ) -> Iterator[Solution | Failed]:
     """The solutions of `solve_many`, each as soon as it and those before it are there, and none of them kept.
 
+    Arguments, and InputError, as for `solve_many`.
+
+    programs, solver, executor, results, retry, progress, chunk, ahead: as there.
+
     >>> program = sm.affine_program(sm.examples.quarter_turn())
     >>> [solution.certified for solution in sm.batches.solve_each([program])]
     [True]

@@ -72,6 +72,8 @@ def read_teapot(path: Path, pieces: int = 3) -> Body:
 
     Entries: points (P, 3), patches (B, 16) of indices into them, order (B,) the parts' names.
 
+    Raises InputError for a file that holds something else.
+
     >>> import json
     >>> from pathlib import Path
     >>> patch = [[i, j, 0.0] for i in range(4) for j in range(4)]

@@ -20,6 +20,8 @@ from symmotion.jets import BodyJet, RigidJet
 class UnitVolume(MotionConstraint):
     """det A(t) = 1 at given times, between the keyframes.
 
+    times: (N,); name: of its multipliers. Raises InputError for times of keyframes, whose volume is given.
+
     >>> keys = sm.Keyframes([0.0, 1.0], [np.eye(2), sm.examples.rotation_2d(90)])
     >>> half = sm.constraints.UnitVolume([0.5])
     >>> solution = sm.ExactNewton().solve(sm.affine_program(keys, constraints=[half], refine=2)).require()
@@ -41,6 +43,8 @@ class UnitVolume(MotionConstraint):
 @dataclass(frozen=True, eq=False)
 class NoInversion(MotionConstraint):
     """det A(t) ≥ ε along the motion, to begin with at `density` times per segment between the keyframes.
+
+    least: ε > 0; name: of its multipliers. Raises InputError where a keyframe's determinant is below ε.
 
     >>> keys = sm.examples.planar_keyframes()
     >>> solution = sm.ExactNewton().solve(sm.affine_program(keys, constraints=[sm.constraints.NoInversion(0.5)]))
@@ -81,6 +85,8 @@ class NoInversion(MotionConstraint):
 class SpeedBound(MotionConstraint):
     """‖velocity of p‖ ≤ limit for body points p (P, d), to begin with at `density` times per segment and its ends.
 
+    name: of its multipliers. Raises InputError for a limit that is not positive, and points of another dimension.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
     >>> round(float(sm.excess(motion, sm.SpeedBound(np.zeros((1, 3)), 14.0))), 4)
     0.0086
@@ -113,6 +119,8 @@ class SpeedBound(MotionConstraint):
 class RateBound(MotionConstraint):
     """‖Ω(t)‖ ≤ limit [rad per unit of time] along the motion, to begin with at `density` times in each span.
 
+    name: of its multipliers. Raises InputError for a limit that is not positive.
+
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> solution = sm.ExactNewton().solve(sm.orientation_program(keys, constraints=[sm.RateBound(1.2)], refine=2))
     >>> bool(np.linalg.norm(solution.require(1e-6).motion.rate(np.linspace(0, 3, 500)), axis=1).max() < 1.2 + 1e-6)
@@ -134,6 +142,8 @@ class RateBound(MotionConstraint):
 @dataclass(frozen=True, eq=False)
 class AccelerationBound(MotionConstraint):
     """‖Ω̇(t)‖ ≤ limit [rad per unit of time²] along the motion, to begin with at `density` times in each span.
+
+    name: of its multipliers. Raises InputError for a limit that is not positive.
 
     >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
     >>> program = sm.orientation_program(keys, constraints=[sm.constraints.AccelerationBound(2.0)], refine=2)
@@ -158,6 +168,8 @@ class TorqueBound(MotionConstraint):
     """‖τ(t)‖ ≤ limit along the motion, τ = J Ω̇ + Ω × JΩ, to begin with at `density` times in each span.
 
     inertia: J as in `Torque`, the identity when left out.
+
+    name: of its multipliers. Raises InputError for a limit that is not positive, and an inertia that no body has.
 
     >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
     >>> bound = sm.constraints.TorqueBound(3.0, (1.0, 2.0, 2.5))

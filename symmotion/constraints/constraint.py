@@ -37,6 +37,8 @@ class MotionConstraint(ABC):
 
     It is a dataclass with a `name`; arrays in its fields are copied, and refuse writes.
 
+    Raises InputError where `stated` returns something else.
+
     >>> class Above(sm.constraints.MotionConstraint):
     ...     name = "above"
     ...
@@ -122,6 +124,8 @@ class JetConstraint(MotionConstraint):
     optimum changes by −λ with the bound that is active.
 
         JetConstraint(lambda jet: jet.place([0.1, 0.0, 0.0])[2], upper=np.inf, name="floor")
+
+    Raises InputError that names the constraint where the function, its bounds, times or parameters are at fault.
 
     >>> keys = sm.examples.spatial_keyframes()
     >>> objective = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(np.eye(3))

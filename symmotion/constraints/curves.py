@@ -32,6 +32,8 @@ class CurveCondition(MotionConstraint):
     target, lower, upper: (N, …), in the shape of the curve's values or (N,) for the same in all
     coordinates. norm: the row is Σ of the squares of all coordinates instead of each of them.
 
+    name: of its multipliers. Raises InputError for times, values and orders that do not fit.
+
     >>> at = sm.constraints.CurveCondition.at([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], name="values")
     >>> slope = sm.constraints.CurveCondition.at([0.0], [0.0], order=1, name="slope")
     >>> solution = sm.ExactNewton().solve(sm.curve_program([at, slope])).require()

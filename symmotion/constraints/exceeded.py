@@ -41,6 +41,8 @@ def excess(
         motion = sm.ExactNewton().solve(sm.affine_program(keys)).motion
         print(sm.excess(motion, sm.SpeedBound([[0.0, 0.0, 0.0]], 2.0)))
 
+    Raises InputError where the constraint speaks of what the motion does not have.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
     >>> found = sm.excess(motion, sm.SpeedBound(np.zeros((1, 3)), 14.0))
     >>> round(float(found), 4), found.kind

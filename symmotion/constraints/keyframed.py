@@ -23,6 +23,8 @@ from symmotion.program import Block, Constraint
 class Velocity(MotionConstraint):
     """v̇(tᵢ) = velocity (d,) of the origin at keyframe i.
 
+    name: of its multipliers. Raises InputError for another dimension, and a keyframe that does not exist.
+
     >>> keys = sm.examples.spatial_keyframes()
     >>> start = sm.constraints.Velocity(0, [1.0, 0.0, 0.0])
     >>> objective = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(np.eye(3))
@@ -47,6 +49,9 @@ class AngularRate(MotionConstraint):
     """The body turns with the rate ω at keyframe i: Ȧ(tᵢ) = [ω] A(tᵢ).
 
     rate: rad per unit of time about the fixed axes, (3,) in space, a number in the plane.
+
+    rate: ω (3,), in the plane a number, in the frame of the world; name: of its multipliers. Raises InputError for
+    other shapes.
 
     >>> rest = sm.constraints.AngularRate(0, [0.0, 0.0, 0.0])
     >>> program = sm.affine_program(sm.examples.spatial_keyframes(), constraints=[rest], refine=2)
@@ -79,6 +84,8 @@ class EndRates(MotionConstraint):
     """The rates at both ends: Ω (2, 3) in the body frame [rad per unit of time] of orientations and poses.
 
     Of affine motions Ȧ (2, d, d) and v̇ (2, d), an `Affine` or a pair; v̇ where the translation is unknown.
+
+    name: of its multipliers. Raises InputError for other shapes.
 
     >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
     >>> rest = sm.constraints.EndRates(np.zeros((2, 3)))
@@ -117,6 +124,8 @@ def affine_rates(rates: object, d: int, what: str) -> tuple[np.ndarray, np.ndarr
 class EndAccelerations(MotionConstraint):
     """Ω̇(t₁) and Ω̇(t_M), the angular accelerations (2, 3) at both ends in the body frame, rad per unit of time².
 
+    name: of its multipliers. Raises InputError for other shapes, and for motions that do not turn rigidly.
+
     >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
     >>> still = sm.constraints.EndAccelerations(np.zeros((2, 3)))
     >>> solution = sm.ExactNewton().solve(sm.orientation_program(keys, constraints=[still], refine=2)).require()
@@ -139,6 +148,8 @@ class Periodic(MotionConstraint):
     """The motion closes: derivatives 1 … degree − 1 agree at both ends, where the keyframes are the same.
 
     Of a fit, whose samples are not met, the places too.
+
+    name: of its multipliers. Raises InputError where the first and the last keyframe differ.
 
     >>> keys = sm.examples.planar_keyframes()
     >>> closed = keys.moved(-1, keys.linear[0], keys.translation[0])
@@ -189,6 +200,8 @@ class Periodic(MotionConstraint):
 class OnLine(MotionConstraint):
     """v(tᵢ) lies on the line through keyframe i's translation along `direction` (d,), instead of being given.
 
+    name: of its multipliers. Raises InputError for a direction that is zero or of another dimension.
+
     >>> keys = sm.examples.spatial_keyframes()
     >>> line = sm.constraints.OnLine(1, [0.0, 0.0, 1.0])
     >>> objective = sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(np.eye(3))
@@ -236,6 +249,8 @@ class Tolerance(MotionConstraint):
 
     linear, translation: the two ε, None for exact; keyframes: which, all when left out. turn: of orientations and
     poses, by how many rad each of those keyframes may be missed, one number or one for each, 0 for not at all.
+
+    name: of its multipliers. Raises InputError for an ε that is negative, and where none is given.
 
     >>> keys = sm.examples.planar_keyframes()
     >>> exact = sm.ExactNewton().solve(sm.affine_program(keys)).require()
@@ -357,6 +372,9 @@ class Tolerance(MotionConstraint):
 @dataclass(frozen=True, eq=False)
 class ExactSamples(MotionConstraint):
     """Keyframes or samples of these numbers are met exactly: A(tᵢ) = A*ᵢ, v(tᵢ) = v*ᵢ (K, d² + d), rows of A first.
+
+    name: of its multipliers. Raises InputError for numbers that do not exist, and programs that have no affine
+    keyframes or samples.
 
     >>> samples = sm.examples.recorded_tour(40)
     >>> ends = sm.constraints.ExactSamples([0, 39])

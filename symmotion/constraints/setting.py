@@ -21,6 +21,8 @@ class Setting:
     have none such. moves: whether the translation is unknown; held: whether the keyframes are met; places: of the
     unknowns, where there are several bodies; bodies: the names of those that the constraint is about.
 
+    Raises InputError where a constraint speaks of what the motion does not have.
+
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
     ... class Early(sm.constraints.MotionConstraint):
@@ -102,6 +104,8 @@ def placed(times: np.ndarray, domain: tuple[float, float], marks: np.ndarray, na
 
 def dense_times(times: np.ndarray, density: int, name: str) -> np.ndarray:
     """`density` times inside every interval of times (M,), equally spaced.
+
+    name: whose they are. Raises InputError that names it where the density is no whole number of 1 or more.
 
     >>> sm.constraints.dense_times(np.array([0.0, 1.0, 3.0]), 1, "bound")
     array([0.5, 2. ])

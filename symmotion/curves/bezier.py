@@ -28,6 +28,8 @@ def bezier(control_points, domain: tuple[float, float] = (0.0, 1.0)) -> Spline:
 
     control_points: (L + 1, …), at least two, for degree L; domain: in units of time.
 
+    Raises InputError for fewer than two points, or numbers that are not finite.
+
     >>> sm.curves.bezier([[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]])(0.5)
     array([1., 1.])
     """
@@ -43,6 +45,8 @@ def de_casteljau(control_points, u: float) -> tuple[np.ndarray, ...]:
     control_points: (L + 1, …); u: the share of the domain passed, below 0 or above 1 beyond its
     ends. Returns the levels r = 0 … L, arrays (L + 1 − r, …); the last one holds the curve's point.
     The first points of all levels are the controls of the part before u, the last ones of that after.
+
+    Raises InputError for a parameter that is no finite number.
 
     >>> [level.tolist() for level in sm.curves.de_casteljau([0.0, 2.0, 0.0], 0.5)]
     [[0.0, 2.0, 0.0], [1.0, 1.0], [1.0]]
@@ -80,6 +84,8 @@ class RationalQuadratic:
 
     control_points: (3, …); weight: w > −1, so that the denominator has no root on the arc;
     w < 1 gives an ellipse, w = 1 a parabola, w > 1 a hyperbola; domain: in units of time.
+
+    Raises InputError unless there are three points and the weight is above −1.
 
     >>> arc = sm.curves.RationalQuadratic([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], np.sqrt(0.5))
     >>> np.linalg.norm(arc(np.linspace(0, 1, 5)), axis=1).round(9)

@@ -110,6 +110,8 @@ def kochanek_bartels(
     (M,), each in [−1, 1]. ends: see `catmull_rom`. An end key has one chord only: tension shortens
     its second-order slope, continuity and bias mean nothing there and must be 0 where given per key.
 
+    end_slopes: (2, …), of clamped ends. Raises InputError that names the key at fault.
+
     >>> loose = sm.curves.kochanek_bartels([0.0, 1.0, 2.0], [0.0, 1.0, 0.5])
     >>> tight = sm.curves.kochanek_bartels([0.0, 1.0, 2.0], [0.0, 1.0, 0.5], tension=1.0)
     >>> loose(1.0, nu=1), tight(1.0, nu=1)

@@ -42,6 +42,8 @@ def basis_matrix(conditions: Conditions) -> np.ndarray:
 
     Raises InputError for a singular list, with a polynomial that the constraints do not see.
 
+    conditions: (parameter, derivative order), L + 1 pairs.
+
     >>> sm.curves.basis_matrix([(0, 0), (1, 0), (0, 1), (1, 1)]).round(9) + 0.0
     array([[ 2., -2.,  1.,  1.],
            [-3.,  3., -2., -1.],
@@ -55,6 +57,8 @@ def basis_matrix(conditions: Conditions) -> np.ndarray:
 
 def blending_functions(conditions: Conditions, domain: tuple[float, float] = (0.0, 1.0)) -> Spline:
     """The polynomials [t^L … t 1] M, each the weight of one constraint: a curve with values (L + 1,).
+
+    conditions: as for `basis_matrix`; domain: of the curve.
 
     >>> sm.curves.blending_functions([(0, 0), (1, 0)])(0.25)
     array([0.75, 0.25])

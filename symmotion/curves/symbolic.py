@@ -25,6 +25,8 @@ def symbolic_basis(knots: Expression, degree: int, t: Expression, nu: int = 0, e
     must lie in the domain [t_p, t_n], which for symbols is the caller's care: elsewhere the values
     are NaN, or with `extrapolate` the end pieces continued.
 
+    Raises InputError for too few knots.
+
     >>> import casadi as ca
     >>> t = ca.SX.sym("t")
     >>> hats = ca.Function("hats", [t], [sm.curves.symbolic_basis([0.0, 0.0, 1.0, 1.0], 1, t)])
@@ -76,6 +78,8 @@ class SymbolicSpline:
     knots: (n + degree + 1,), non-decreasing, numbers or CasADi; control_points: (n, d), numbers or CasADi.
     Every value is an expression of both, so that `casadi.jacobian` differentiates by either. Two of
     them are equal where they are one: what symbols stand for is open.
+
+    Raises InputError for numbers of controls and knots that do not go together.
 
     >>> import casadi as ca
     >>> p = ca.SX.sym("p", 2, 1)

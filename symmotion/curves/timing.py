@@ -36,6 +36,8 @@ def arc_length(curve: Curve, start: float | None = None, end: float | None = Non
     Adaptive quadrature by pieces, to 1e-14 of the length or what rounding leaves: far from the origin x' has fewer
     digits. Raises InputError where the speed is no number, SolveError where the length is not found to six digits.
 
+    curve: any, within its domain.
+
     >>> round(sm.curves.arc_length(sm.curves.bezier([[0.0, 0.0], [3.0, 4.0]])), 9)
     5.0
     """
@@ -72,6 +74,8 @@ class ArcParameter:
     """The parameter of a curve as a function of the arc length passed, scaled to a domain: a warp of constant speed.
 
     domain: of the new parameter; (0, length) when left out, which gives speed 1.
+
+    Raises InputError for a curve of length zero.
 
     >>> curve = sm.curves.bezier([[0.0, 0.0], [0.0, 0.0], [4.0, 0.0]])
     >>> round(float(curve(sm.curves.ArcParameter(curve)(2.0))[0]), 6)
@@ -175,6 +179,8 @@ class Retimed:
     curve: x; warp: w, a scalar curve (a Spline, as from `slow_in_out`) or an ArcParameter, with
     values in the domain of the curve. Derivatives are composed as Taylor series, to any order.
 
+    Raises InputError where the warp leaves the curve's domain.
+
     >>> curve = sm.curves.bezier([[0.0, 0.0], [4.0, 0.0]])
     >>> sm.curves.Retimed(curve, sm.curves.smooth_step())(0.25)
     array([0.625, 0.   ])
@@ -276,6 +282,8 @@ def slow_in_out(
     slow_in, slow_out: the shares of the domain for speeding up and slowing down, each ≥ 0,
     together at most 1; domain: of the new time; values: from where to where it leads.
 
+    Raises InputError for shares that are negative or more than the whole.
+
     >>> sm.curves.slow_in_out(0.25, 0.25)([0.0, 0.5, 1.0], nu=1).round(6)
     array([0.      , 1.333333, 0.      ])
     """
@@ -302,6 +310,8 @@ def slow_in_out(
 
 def smooth_step(order: int = 1, domain: tuple[float, float] = (0.0, 1.0)) -> Spline:
     """The time warp from 0 to 1 of degree 2 k + 1 whose first k derivatives are zero at both ends; k = `order`.
+
+    domain: in the unit of time.
 
     >>> sm.curves.smooth_step()([0.0, 0.25, 1.0])
     array([0.     , 0.15625, 1.     ])

@@ -145,6 +145,9 @@ class AffineDesign:
 
     start: controls (n, d² + d), translation included whether the objective sees it or not.
 
+    constraints: conditions, as handed over; nodes: by term, more Gauss nodes than it asks for. Raises InputError
+    for a start and stages of another kind.
+
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> program.design.motion(program.unpack(program.x0))
     AffineMotion(2D, degree 3, 9 controls, times 0 to 1)

@@ -233,6 +233,9 @@ class CurveDesign:
     constraints: those that are no `CurveCondition`; order: the lowest derivative that the objective sees;
     breaks: (B,) times where the curve is only continuous.
 
+    basis: of the curve; nodes: by term, more Gauss nodes than it asks for. Raises InputError for a start of another
+    kind.
+
     >>> at = sm.constraints.CurveCondition.at([0.0, 1.0, 2.0], [0.0, 1.0, 0.0])
     >>> sm.curve_program([at]).design.basis.degree
     3

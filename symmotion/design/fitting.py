@@ -81,6 +81,8 @@ def fit_program(
     Raises InputError where the samples do not determine the controls (Schoenberg and Whitney
     1953) or the exact ones crowd, naming the samples, and for weights, δ and numbers out of range.
 
+    degree: of the splines, at least 1.
+
     >>> samples = sm.examples.recorded_tour(60)
     >>> fit = sm.ExactNewton().solve(sm.fit_program(samples, controls=20, objective=1e-3 * sm.Rigidity())).require()
     >>> fit.motion.basis.n
@@ -119,6 +121,9 @@ class FitDesign:
     """The question of a fit: samples, their weights and loss, what smooths, the spline space with its start.
 
     start: controls (n, d² + d); weights: (M,); points: (P, d); exact: numbers of the samples that are met.
+
+    objective, huber, constraints: as in the program; nodes: by term, more Gauss nodes than it asks for; said: what
+    the program tells of the samples.
 
     >>> program = sm.fit_program(sm.examples.recorded_tour(30), controls=10)
     >>> len(program.design.samples)

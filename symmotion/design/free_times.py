@@ -80,6 +80,9 @@ def free_times_program(
     an objective that falls as 1/Tᵏ where no step is at its least; "order" (M − 1,), one per step.
     `design.times(x)` and `design.keyframes_at(x)` read the times.
 
+    degree: at least 1. Raises InputError for what cannot be, as `affine_program`, and for fewer than three
+    keyframes.
+
     >>> keys = sm.examples.planar_keyframes()
     >>> fixed = sm.ExactNewton().solve(sm.affine_program(keys)).require()
     >>> free = sm.ExactNewton().solve(sm.free_times_program(keys)).require()
@@ -116,6 +119,9 @@ def free_times_program(
 @dataclass(frozen=True, eq=False)
 class FreeTimesDesign:
     """The question of a program with free times: keyframes (whose times are the start), objective, spline space.
+
+    degree, refine, least_step, constraints, nodes: as in the program. Raises InputError for other numbers of
+    keyframes, or another first or last time.
 
     >>> program = sm.free_times_program(sm.examples.planar_keyframes())
     >>> program.design.times(program.x0).round(3)

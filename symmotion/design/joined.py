@@ -35,6 +35,8 @@ def join(programs: Mapping[str, Program], constraints: Sequence[MotionConstraint
 
         join({"arm": arm, "hand": hand}, [JetConstraint(lambda a, b: a.place(tip) - b.place([0, 0, 0]), name="hinge")])
 
+    Raises InputError for what are no programs, names that repeat, and constraints that couple other bodies.
+
     >>> keys = sm.examples.spatial_keyframes()
     >>> one = sm.affine_program(keys, objective=sm.Rigidity() + 0.01 * sm.TrajectoryEnergy(np.eye(3)))
     >>> meet = sm.JetConstraint(lambda a, b: a.dv - b.dv, at=[0.5], name="same velocity")
@@ -61,6 +63,9 @@ def join(programs: Mapping[str, Program], constraints: Sequence[MotionConstraint
 @dataclass(frozen=True, eq=False)
 class JoinedDesign:
     """The question of several bodies: the program of each, and what couples them.
+
+    programs: by body; constraints: those that couple them. Raises InputError for starts and keyframes that are not
+    told by body.
 
     >>> one = sm.affine_program(sm.examples.planar_keyframes())
     >>> list(sm.join({"left": one, "right": one}).design.programs)

@@ -104,6 +104,9 @@ def orientation_program(
 class OrientationDesign:
     """The question of an orientation program: keyframes, objective, constraints, ends, and the curve to start from.
 
+    keys, end_rates, nodes: as in the program; space: its controls. Raises InputError for too few keyframes or
+    knots, and a start of another kind.
+
     >>> program = sm.orientation_program(sm.examples.random_keyframes(3, 40, seed=1))
     >>> program.design.ends
     'natural'

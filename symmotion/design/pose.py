@@ -64,6 +64,9 @@ def pose_program(
         the origin when left out, which is ∫ ‖Ω̇‖² + ‖v̈‖² and leaves position and orientation apart. It has to see the
         translation. The rest is as in `orientation_program`; `end_rates` are those of the turn.
 
+    degree, refine, knots, ends, turns, signs, scalar_first: as there. Raises InputError for what cannot be, and
+    SolveError where there is no curve to start from.
+
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> solution = sm.ExactNewton().solve(sm.pose_program(keys)).require()
     >>> solution.motion
@@ -115,6 +118,8 @@ def _refined(spline: Spline, turning: OrientationDesign, keys: OrientationKeys) 
 @dataclass(frozen=True, eq=False)
 class PoseDesign:
     """The question of a pose program; translation: (M, 3) of the keyframes; start: (n, 3) control points.
+
+    turning: the question of its orientation. Raises InputError for a start of another kind.
 
     >>> program = sm.pose_program(sm.examples.random_keyframes(3, 40, seed=1))
     >>> program.design.translation.shape

@@ -22,6 +22,9 @@ class Rigidity(Energy):
     out; weights: (T, T) symmetric, not negative, ones when left out. R has the unit
     length⁴/time for k = 1 and length⁴/time³ for k = 2.
 
+    Raises InputError for another order, vectors that do not span the space, and weights that are negative or not
+    symmetric.
+
     >>> linear = sm.interpolants.component_cubic(sm.examples.quarter_turn())
     >>> round(sm.measure(linear, sm.Rigidity(2)), 6)
     32.0
@@ -93,6 +96,8 @@ class TrajectoryEnergy(Energy):
 
     points: (P, d) body points p_i; masses: (P,) positive, ones when left out. Unit:
     mass · length²/time³.
+
+    Raises InputError for points of another dimension, and masses that are not positive.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> round(sm.measure(motion, sm.TrajectoryEnergy(np.zeros((1, 2)))), 3)

@@ -17,6 +17,8 @@ class Bending(Energy):
 
     order: k, 1, 2 or 3. Unit: length²/time²ᵏ⁻¹.
 
+    Raises InputError for another order.
+
     >>> line = sm.curves.bezier([[0.0, 0.0], [1.0, 1.0]])
     >>> float(sm.measure(line, sm.energies.Bending()))
     0.0

@@ -26,6 +26,8 @@ class Energy:
     The jet is that of whatever motion the energy is asked of: `Jet`, `RigidJet`, `CurveJet`. Arrays in the fields of
     a subclass that is a dataclass are copied, and refuse writes.
 
+    Raises InputError where it states neither, and for weights that are negative or not finite.
+
     >>> class Drift(sm.energies.Energy):
     ...     def residuals(self, jet):
     ...         return jet.dv
@@ -143,6 +145,8 @@ class Energy:
 class EnergySum(Energy):
     """A weighted sum of energies; its weights are finite and not all zero, negative only in differences `a - b`.
 
+    Raises InputError for weights that are not finite or all zero.
+
     >>> total = sm.Rigidity() + 0.1 * sm.Rigidity(2)
     >>> [(weight, part.name) for weight, part in total.parts]
     [(1.0, 'R'), (0.1, 'R*')]
@@ -187,6 +191,8 @@ class JetEnergy(Energy):
     gauss_nodes: per span; when left out, as many as the quadrature error asks for.
 
         JetEnergy(lambda jet: jet.ddv, squares=True, label="acceleration of the origin")
+
+    Raises InputError where the function fails or returns no expression of the jet.
 
     >>> import casadi as ca
     >>> slow = sm.JetEnergy(lambda jet: jet.dv, squares=True, label="speed")

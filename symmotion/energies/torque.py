@@ -25,6 +25,8 @@ class Torque(Energy):
 
         Torque((1.0, 2.0, 2.5)) + 0.1 * TrajectoryEnergy([[0.3, 0.0, 0.0]])
 
+    Raises InputError for an inertia that no body has.
+
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> curve = sm.quaternions.interpolate_quaternions(keys)
     >>> least = sm.ExactNewton().solve(sm.orientation_program(keys, objective=sm.Torque((1.0, 2.0, 2.5)))).require()

@@ -36,6 +36,8 @@ class Coordinates:
     Quaternion curves and pose motions are faired through their control polygons: the unit control
     quaternions as points of R⁴, of length 1 again afterwards, and the controls of the translation.
 
+    Raises InputError for parts that the motion does not have, and a length that is not positive.
+
     >>> sm.fairing.Coordinates.of(sm.motions.smooth_net(6, spatial=True), None, 1.0).net.shape
     (6, 6, 8)
     """

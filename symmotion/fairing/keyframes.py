@@ -57,6 +57,8 @@ class NetPlace:
 
     Four equations: the fourth is Q · Q⁰ = 0 there, where the dual part moves together with the real one.
 
+    place: (3,). Raises InputError for other shapes.
+
     >>> net = sm.motions.noisy_net(sm.motions.smooth_net(7, spatial=True), 0.01, seed=1)
     >>> place = net.trajectory([0.0, 0.0, 0.0], 5.0, 5.0)[0]
     >>> kept = sm.fair(net, "least-squares", keyframes=[sm.fairing.NetPlace((5.0, 5.0), np.zeros(3), place)])

@@ -23,6 +23,8 @@ class Metric:
 
     scale: (n, m), None for ones; form: (C, C), None for the identity; forms: (n, m, C, C), None where one is for all.
 
+    Raises InputError for weights and forms of other shapes, or not positive definite.
+
     >>> net = sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1)
     >>> sm.fair(net, "least-squares", weights=np.ones((7, 7))).status.value
     'solved'

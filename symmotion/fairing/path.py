@@ -29,6 +29,8 @@ class FairingPath:
 
     weights: (P,) increasing; fairness: (P,) G; displacement: (P,) D; slopes: (P,) dD / d log w; coordinates: N, free.
 
+    Raises InputError for weights outside of the path.
+
     >>> path = sm.fairing.fairing_path(sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1), count=5)
     >>> bool((np.diff(path.displacement) <= 1e-9).all())
     True
@@ -97,6 +99,9 @@ def fairing_path(
 
     weights: (P,) those to solve for, `count` over twelve decades when left out; the others as for `fair`, whose
     `weights` are `control_weights` here.
+
+    motion, region, parts, length, keyframes, borders, metric: as for `fair`. Raises InputError as it does, and for
+    a net that is fair already.
 
     >>> import symmotion as sm
     >>> net = sm.motions.noisy_net(sm.motions.smooth_net(8), 0.01)

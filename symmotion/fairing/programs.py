@@ -94,6 +94,8 @@ def local_step_program(
     knot: (k, l) counted from 0 at the first interior knot, of a curve (k,); step: "nine", moving
     the inner controls, or "orthogonal", all 21 inside the ring. parts, length: as for `fair`.
 
+    motion: as for `fair`. Raises InputError for a knot that does not exist.
+
     >>> net = sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1)
     >>> step = sm.ExactNewton().solve(sm.fairing.local_step_program(net, (1, 1))).require()
     >>> sorted(step.multipliers)
@@ -210,6 +212,10 @@ def fairing_program(
 
     weight: w ≥ 0; tolerance: δ > 0, one or (n, m) for all controls, None for no bounds; the
     others: as for `fair`.
+
+    motion, parts, length, weights, metric: as for `fair`. Raises InputError as it does.
+
+    weight: w ≥ 0; tolerance: δ.
 
     >>> program = sm.fairing.fairing_program(sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1), weight=1.0)
     >>> sm.ExactNewton().solve(program).require().inertia

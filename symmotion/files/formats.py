@@ -56,6 +56,8 @@ class Format:
     check: what can be refused before there is anything to write, from a path and the options of `write`.
     whole: whether `write` itself leaves a whole file or none; of others what they write is moved in place at the end.
 
+    Raises InputError for an ending or a content that it cannot have.
+
     >>> rows = [row for row in sm.files.FORMATS if "tum" in row.endings]
     >>> [row.holds for row in rows]
     ['keyframes', 'motion']

@@ -47,6 +47,8 @@ def read_orientation_grid(
     Raises InputError that names the line, the first place without an orientation, and crystal symmetry where the
     orientations do not join without it.
 
+    degrees: whether Euler angles are in degrees; delimiter: between columns.
+
     >>> from pathlib import Path
     >>> rows = [f"{i} {j} {10 * i} {5 * j} 0" for i in range(5) for j in range(5)]
     >>> Path("grid.txt").write_text("row column phi1 Phi phi2\\n" + "\\n".join(rows)) > 0
@@ -108,6 +110,8 @@ class ToolPath:
 def read_tool_path(path: FilePath, *, delimiter: str | None = None) -> ToolPath:
     """A table of columns `u v x y z qw qx qy qz` by name, in any order.
 
+    delimiter: between columns. Raises InputError that names the line at fault.
+
     >>> net = sm.motions.smooth_net(6, spatial=True)
     >>> u, v = np.meshgrid(net.u.breakpoints, net.v.breakpoints, indexing="ij")
     >>> sm.files.write_tool_path(net, "tool.csv", u, v)
@@ -129,6 +133,8 @@ def read_tool_path(path: FilePath, *, delimiter: str | None = None) -> ToolPath:
 
 def write_tool_path(motion: TwoParameterMotion, path: FilePath, u: ArrayLike, v: ArrayLike) -> None:
     """Write the poses of a motion at parameters u and v that broadcast, unit quaternions, numbers exactly.
+
+    Raises InputError where it cannot write.
 
     >>> net = sm.motions.smooth_net(6, spatial=True)
     >>> u, v = np.meshgrid(net.u.breakpoints, net.v.breakpoints, indexing="ij")

@@ -92,6 +92,8 @@ def read_recording(
 ) -> Recording:
     """Keyframes as `read_keyframes` reads them, with notes: what was chosen, left out, repaired, and where gaps are.
 
+    options: and every, rate, format, formats: as for `read_keyframes`.
+
     >>> sm.write_keyframes(sm.examples.random_keyframes(4, 40, seed=1), "walk.tum")
     >>> recording = sm.files.read_recording("walk.tum", every=2)
     >>> len(recording.keyframes)

@@ -22,6 +22,8 @@ class RigidJet:
     since products of exponentials are long; path is None for an orientation alone, whose origin rests at zero.
     t: the time. A body point p is at v + R p.
 
+    Raises InputError where the origin or a point at the origin of an orientation alone is asked for.
+
     >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
     >>> slow = sm.JetEnergy(lambda jet: jet.rate, squares=True, label="turn")
     >>> sm.measure(sm.quaternions.interpolate_quaternions(keys), slow) > 0

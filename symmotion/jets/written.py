@@ -53,6 +53,8 @@ class Written:
 
     codes: pairs of the kinds of the jets and a serialised `Function` of their entries and of what else it is handed.
 
+    Raises InputError for a kind of jet that it was not written for.
+
     >>> import pickle
     >>> floor = sm.JetConstraint(lambda jet: jet.v[-1], lower=0.0, upper=np.inf, name="floor")
     >>> again = pickle.loads(pickle.dumps(floor))

@@ -23,6 +23,8 @@ class AffineMotion:
     basis: the B-splines N_j; linear: (n, d, d) control matrices A_j; translation: (n, d)
     control points v_j, zero when left out.
 
+    Raises InputError for controls of other shapes, and times outside of its domain.
+
     >>> basis = sm.splines.BSplineBasis.clamped([0.0, 1.0], 1)
     >>> motion = sm.AffineMotion(basis, [np.eye(2), 2 * np.eye(2)])
     >>> motion(0.5).linear

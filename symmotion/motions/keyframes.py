@@ -244,6 +244,8 @@ def as_keyframes(
     value: Keyframes; or times, with positions and translation as in `Keyframes.of`. what: the name
     of the argument. Raises InputError for a path, saying how to read it, and for anything else.
 
+    scalar_first: the order of the components of quaternions.
+
     >>> from scipy.spatial.transform import Rotation
     >>> sm.motions.as_keyframes([0.0, 1.0], Rotation.from_rotvec([[0, 0, 0], [0, 0, 1]]))
     Keyframes(2 in 3D, times 0 to 1)

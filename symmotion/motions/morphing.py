@@ -47,6 +47,8 @@ def keyframes_from_copies(
 def copy_deviations(keyframes: Keyframes, shape: ArrayLike, copies: ArrayLike) -> np.ndarray:
     """(M,) root mean square distance of each copy's points from the shape as the keyframe carries it.
 
+    keyframes: M; copies: (M, P, d). Raises InputError for shapes that do not go together.
+
     >>> shape = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     >>> keys = sm.motions.keyframes_from_copies(shape, [shape, 2 * shape])
     >>> sm.motions.copy_deviations(keys, shape, [shape, 2 * shape]).round(9)

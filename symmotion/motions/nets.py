@@ -16,6 +16,8 @@ def smooth_net(
     The same functions of (i/(n − 1), j/(m − 1)) for all sizes, so that a finer net is a fairer
     one; the unit of length is the distance between neighbouring controls.
 
+    knots: "uniform", "clamped", "chordal" or "centripetal".
+
     >>> sm.motions.smooth_net(6)
     TwoParameterMotion(spherical, 6 × 6 controls of degrees 3 and 3, u 3 to 6, v 3 to 6)
     """
@@ -43,6 +45,8 @@ def noisy_net(
 
     sigma: standard deviation in every entry of a quaternion; translation: the same in every
     coordinate, in units of length; ring: whether the outermost controls get it too.
+
+    seed: of the noise. Raises InputError for a σ that is negative.
 
     >>> net = sm.motions.noisy_net(sm.motions.smooth_net(6), 0.01, seed=1)
     >>> net.real.shape

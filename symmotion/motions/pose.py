@@ -20,6 +20,8 @@ class PoseMotion:
 
     orientation: a quaternion curve; translation: a spline with control points (n, 3) over the same domain.
 
+    Raises InputError where the parts have other domains, and for times outside.
+
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> turning = sm.quaternions.interpolate_quaternions(keys)
     >>> motion = sm.motions.PoseMotion(turning, sm.splines.cubic_interpolant(keys.times, keys.translation))

@@ -19,6 +19,8 @@ class Affine(NamedTuple):
     A position is x ↦ v + A x: called with body points it says where they are, `a @ b` is b followed
     by a, and `matrix` is the homogeneous form. It unpacks as (linear, translation).
 
+    Raises InputError for shapes that do not go together.
+
     >>> linear, translation = sm.Affine(np.eye(2), np.zeros(2))
     >>> linear.shape, translation.shape
     ((2, 2), (2,))

@@ -94,6 +94,8 @@ class RationalMotion:
     basis: the B-splines N_i; real: (n, 4) control quaternions Q_i, scalar-first, of any norm;
     dual: (n, 4) their dual parts, None for a spherical motion, which is about the origin.
 
+    Raises InputError for controls of other shapes, and times outside of its domain.
+
     >>> basis = sm.splines.BSplineBasis.clamped([0.0, 1.0], 1)
     >>> motion = sm.motions.RationalMotion(basis, [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     >>> motion(0.5).linear.round(9) + 0.0
@@ -191,6 +193,9 @@ class CurveMotion:
     """The one-parameter motion along a curve (u(t), v(t)) in the domain of a two-parameter motion.
 
     curve: a spline with control points (n, 2), its domain that of the motion.
+
+    surface: the two-parameter motion. Raises InputError for a curve of others than u and v, and derivatives above
+    the second.
 
     >>> net = sm.motions.smooth_net(6)
     >>> (a, b), (c, d) = net.domain

@@ -21,6 +21,8 @@ ROUNDING = 8 * np.finfo(float).eps
 def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> "Rotation":
     """(N, 3, 3) rotation matrices as a SciPy `Rotation`; InputError names the first that is none.
 
+    tolerance: by how much ‖AᵀA − I‖ may differ from zero.
+
     >>> sm.motions.as_rotations(np.eye(3)[None]).as_quat(scalar_first=True)
     array([[1., 0., 0., 0.]])
     """

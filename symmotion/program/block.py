@@ -26,6 +26,8 @@ class Block:
         basis values and derivatives for a jet, single ones for plain controls.
     nodes: Q; weights: (E · Q,), quadrature times the term's factor; data: (E · Q, D).
 
+    Raises InputError for a block without nodes.
+
     >>> block = sm.affine_program(sm.examples.planar_keyframes()).terms[0]
     >>> block.elements, block.nodes
     (6, 6)

@@ -42,6 +42,8 @@ class Evaluator:
     kernels: see `kernel_function`; threads: that a long program may use, see `default_threads`;
     seconds: spent in it so far; counts: how often what was evaluated.
 
+    Raises InputError for kernels and threads that there are not.
+
     >>> from symmotion.program import Evaluator
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> Evaluator(program).gradient(program.x0).shape
@@ -55,9 +57,9 @@ class Evaluator:
             raise InputError(f"kernels {kernels!r}: there are {', '.join(get_args(Kernels))}")
         if threads is not None and not (isinstance(threads, int) and threads > 0):
             raise InputError(f"threads {threads!r}: a positive number is needed")
-        threads = threads or default_threads()
-        self.terms = [BlockEvaluator(b, kernels, threads) for b in program.terms]
-        self.constraints = [BlockEvaluator(c.block, kernels, threads) for c in program.constraints]
+        self.threads = threads or default_threads()
+        self.terms = [BlockEvaluator(b, kernels, self.threads) for b in program.terms]
+        self.constraints = [BlockEvaluator(c.block, kernels, self.threads) for c in program.constraints]
         self.seconds, self.counts = 0.0, Counter[str]()
 
     def __repr__(self) -> str:

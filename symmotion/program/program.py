@@ -285,6 +285,9 @@ class Program(Generic[DesignT]):
     The Lagrangian is L = Σ terms + λᵀg, so that the optimum changes by −λ with the data that
     g subtracts.
 
+    structure: what is derived from it, shared by those that differ in data. Raises InputError for names and data
+    that it does not have.
+
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> program.unknowns, [term.name for term in program.terms], [c.name for c in program.constraints]
     (36, ['R'], ['keyframes'])

@@ -15,6 +15,8 @@ from symmotion.views.svg import as_svg
 def to_figure(figure: Canvas, name: str, caption: str, alt: str = "") -> Figure:
     """A drawn figure as an SVG, the same text for the same drawing; alt: as in `Figure`.
 
+    name, caption: as in `Figure`.
+
     >>> with sm.views.new_figure() as figure:
     ...     lines = figure.add_subplot().plot([0, 1], [0, 1])
     >>> sm.report.to_figure(figure, "line", "A line.").name
@@ -25,6 +27,8 @@ def to_figure(figure: Canvas, name: str, caption: str, alt: str = "") -> Figure:
 
 def convergence_figure(runs: Sequence[Run], name: str, caption: str, alt: str = "") -> Figure:
     """Stationarity over iterations, a line per run that logged any, a panel per case.
+
+    runs: with logs; name, caption, alt: as in `Figure`.
 
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
     >>> run = sm.report.Run.of("four keyframes", solution)

@@ -40,6 +40,8 @@ def write_report(
 
     intro: plain text, blank lines between paragraphs. Raises InputError where it cannot write.
 
+    records: of studies that were run; title: of the page.
+
     >>> from symmotion.report import StudyRecord, StudyResult
     >>> record = StudyRecord("mine", "Is it so?", "", 0.1, StudyResult(conclusion="It is."))
     >>> sm.report.write_report([record], "report").name

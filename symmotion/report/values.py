@@ -20,6 +20,8 @@ class Figure:
 
     name: what its file is called; alt: what a blind reader is told, the caption when left out.
 
+    Raises InputError for a text that is no SVG.
+
     >>> sm.report.Figure("dot", "<svg xmlns='http://www.w3.org/2000/svg'/>", "A dot.").name
     'dot'
     """
@@ -275,6 +277,8 @@ class StudyRecord:
     """A study that was run: its result, or None and the error in one line; seconds: wall-clock.
 
     traceback: of an error that is a defect rather than bad input; subject: the study's.
+
+    Raises InputError for a name that a file cannot have.
 
     >>> from symmotion.report import StudyRecord, StudyResult
     >>> StudyRecord("mine", "Is it so?", "", 0.1, StudyResult(conclusion="It is.")).status

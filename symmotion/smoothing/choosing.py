@@ -44,6 +44,8 @@ def amount(
     Mallows' RSS + 2σ² c tr H. The trace is n − d log det(BᵀB + λP)/d log λ: banded Cholesky factors are all it takes,
     so that a value costs O(n).
 
+    values: (M, c); order: of the derivative, 2 or 3.
+
     >>> t = np.linspace(0, 1, 30)
     >>> basis = sm.splines.BSplineBasis.clamped(np.linspace(0, 1, 20), 3)
     >>> from symmotion.smoothing import amount

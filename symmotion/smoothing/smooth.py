@@ -105,6 +105,8 @@ def smooth(recording: Keyframes | FilePath, *, noise: Noise = None) -> Solution:
 def plan(recording: Keyframes | FilePath, *, noise: Noise = None) -> Plan:
     """The program that `smooth` solves, with what was chosen in words; arguments as there.
 
+    recording, noise: as for `smooth`.
+
     >>> from symmotion.smoothing import plan
     >>> len(plan(sm.examples.recorded_tour(30)).notes) > 0
     True

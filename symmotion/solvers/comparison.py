@@ -115,6 +115,8 @@ def compare(program: Program, solvers: Sequence[Solver] | None = None, start: ob
     program gets a row that says why. Where one has met a point that is lower than every minimum found, on its way or
     where it failed, ExactNewton descends from there, until no run has met a lower one: `descents`.
 
+    Raises InputError for what are no solvers.
+
     >>> comparison = sm.compare(sm.affine_program(sm.examples.planar_keyframes()), [sm.ExactNewton(), sm.Ipopt()])
     >>> [solution.method for solution in comparison.solutions]
     ['newton', 'ipopt']

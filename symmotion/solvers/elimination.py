@@ -32,6 +32,8 @@ class Elimination:
     tolerance: of the certificate, see `Certificate.holds`. max_iterations: of a stage.
     time_limit, callback: as ExactNewton's.
 
+    Raises InputError for programs with other than linear equalities, by the constraint's name.
+
     >>> sm.Elimination(damping=0.8).solve(sm.affine_program(sm.examples.planar_keyframes())).require().method
     'elimination'
     """

@@ -54,6 +54,8 @@ def exchange(
     which its multipliers belong. Where the excess stays above the tolerance the message says so.
     Source: Hettich and Kortanek 1993 (exchange and local reduction for semi-infinite programs).
 
+    most_rounds: after which it ends. Raises InputError for a tolerance that is negative.
+
     >>> from symmotion.solvers import exchange
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> program = sm.orientation_program(keys, constraints=[sm.RateBound(1.2)], refine=2)

@@ -59,6 +59,8 @@ class Ipopt:
         the step from there is known; where it returns True the solve stops.
     options: IPOPT's own by their own names, {"mu_strategy": "adaptive"}; InputError where IPOPT refuses them.
 
+    max_iterations, tolerance: IPOPT's, ended by the certificate.
+
     >>> solver = sm.Ipopt(options={"mu_strategy": "adaptive"})
     >>> solver.solve(sm.affine_program(sm.examples.planar_keyframes())).require().certified
     True

@@ -77,6 +77,8 @@ class ExactNewton:
     time_limit: wall-clock seconds for a solve, looked at before every step; None for no limit.
     callback: called with every `Iteration` of the log; where it returns True the solve stops.
 
+    Raises InputError for options out of range, and for what a system cannot take.
+
     >>> solution = sm.ExactNewton(tolerance=1e-10).solve(sm.affine_program(sm.examples.planar_keyframes()))
     >>> solution.status.value, solution.inertia
     ('solved', 'positive')

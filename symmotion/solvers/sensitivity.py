@@ -35,6 +35,8 @@ class Sensitivity:
     Where the bounds have contact times that the solver moves (`solvers.exchange`), the times follow.
     Source: Fiacco 1983; Pirnay, López-Negrete, Biegler 2012.
 
+    Raises InputError for data that the program does not have, and shapes that are not theirs.
+
     >>> keys = sm.examples.planar_keyframes()
     >>> sensitivity = sm.ExactNewton().solve(sm.affine_program(keys)).require().sensitivity()
     >>> sensitivity.tangent("keyframes", 0.01 * keys.linear).shape

@@ -91,6 +91,8 @@ class Iteration:
 class Seconds:
     """Wall-clock seconds: building the program, deriving its functions, solving, and of that the two main parts.
 
+    build, compile, solve, evaluate, linear: None where not told.
+
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
     >>> solution.seconds.solve > 0
     True
@@ -189,6 +191,9 @@ class Solution(Generic[DesignT]):
     exchange: how bounds that are meant for all times came to hold; None of programs without.
     interrupted: whether a callback or the time limit ended it, with a solution or without, so that it may end
     elsewhere another time. claimed: whether the solver itself reported success, whatever the certificate says of it.
+
+    status, certificate, seconds: how it ended, what symmotion computed there, and how long it took. Raises
+    InputError where the motion of several bodies is asked for as one.
 
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
     >>> solution.motion, solution.multipliers["keyframes"].linear.shape

@@ -87,6 +87,8 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
         `end_slopes` (2, …) in values per unit of time, or "periodic" (M ≥ 4; the first value
         repeated at the end).
 
+    Raises InputError for times that do not increase, and ends that go with other values.
+
     >>> sm.splines.cubic_interpolant([0.0, 1.0, 2.0], [0.0, 1.0, 0.0])(1.0)
     array(1.)
     """

@@ -82,6 +82,8 @@ def integrate(
     changes where the times change by theirs. Ends after a number of evaluations that the intervals bound; an
     integrand without an integral is not `reached`, and `worst` says where.
 
+    start, end: (S,) the ends of the intervals.
+
     >>> found = sm.splines.integrate(lambda t: np.sqrt(t), np.array([0.0]), np.array([1.0]))
     >>> round(float(found.parts.sum()), 8)
     0.66666667

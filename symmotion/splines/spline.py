@@ -21,6 +21,8 @@ class Spline:
 
     basis: its B-splines; control_points: (n, …), any trailing shape.
 
+    Raises InputError for numbers of controls that the basis does not have, and times outside of its domain.
+
     >>> spline = sm.splines.Spline(sm.splines.BSplineBasis.clamped([0.0, 1.0], 1), [[0.0, 0.0], [2.0, 4.0]])
     >>> spline(0.5), spline(0.5, nu=1)
     (array([1., 2.]), array([2., 4.]))

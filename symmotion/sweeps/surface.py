@@ -24,6 +24,8 @@ class SweepSurface:
     u, t: the B-splines M_i of the profile and N_j of the motion; control_points: (n, m, d),
     d = 2 or 3, in units of length.
 
+    Raises InputError for controls of another shape or not finite, and parameters outside of its domain.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
     >>> surface = sm.sweeps.sweep_surface(motion, sm.curves.bezier([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
     >>> surface(0.5, 0.5).shape

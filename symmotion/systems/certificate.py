@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 import scipy.linalg as la
@@ -11,12 +12,14 @@ from scipy import sparse
 from symmotion import checks
 from symmotion.brief import in_a_line
 from symmotion.errors import InputError
+from symmotion.program.bounded import Bounded
 from symmotion.program.evaluate import Evaluator
 from symmotion.program.everywhere import Excess, excess_at
 from symmotion.program.program import Integrated, Program
 from symmotion.program.quadrature import QUADRATURE
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import EPS
+from symmotion.systems.pressed import Pressed
 from symmotion.systems.saddle import Saddle
 from symmotion.systems.system import AnyFactor, AnySystem, largest, reach, shifted, tenfold
 
@@ -53,6 +56,8 @@ class Certificate:
         other, which leaves multipliers open.
     quadrature: by how much the objective may miss the integrals that its terms stand for; unresolved: what is said of
         the terms of which that leaves no digit. They fail the certificate.
+
+    Raises InputError for a tolerance that is negative.
 
     >>> certificate = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).certificate
     >>> certificate.holds(1e-8), certificate.inertia
@@ -166,6 +171,9 @@ class Certificate:
 
 
 NAN = float("nan")
+# Of a point: r, the inertia, the decrement, and the part of r that multipliers should cancel.
+Seen: TypeAlias = tuple[np.ndarray, str, float, float]
+
 NOWHERE = Certificate(NAN, NAN, NAN, NAN, NAN, "unknown", mismatch=np.inf)
 
 
@@ -184,6 +192,10 @@ def certify(
     program: Program, x: np.ndarray, multipliers: np.ndarray, evaluator: Evaluator | None = None
 ) -> Certificate:
     """The certificate of a point x (unknowns,) with multipliers (conditions,).
+
+    Raises InputError for other shapes, and for what is no program.
+
+    program: that has them; evaluator: of the program, where there is one already.
 
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> sm.certify(program, program.x0, np.zeros(program.conditions)).holds(1e-8)
@@ -299,6 +311,18 @@ class Inspection:
         return system if not isinstance(system, Saddle) or system.independent else None
 
     @cached_property
+    def pressed(self) -> Pressed | None:
+        """The band of the equalities with the bounds that press, where the former decouple and all are independent."""
+        program = self.program
+        if program.equalities_only:
+            return None
+        bounded = Bounded(program, self.evaluator.kernels, self.evaluator.threads)
+        system = Condensed.of(bounded.framed) if bounded.equal.linear else None
+        if system is None or self.rows[1]:
+            return None
+        return Pressed(bounded, system, self.x, self.jacobian, self.rows[0])
+
+    @cached_property
     def system(self) -> AnySystem:
         """The saddle system of the conditions that press."""
         if self.shared is not None:
@@ -309,13 +333,13 @@ class Inspection:
     def certificate(self) -> Certificate:
         program, evaluator, x = self.program, self.evaluator, self.x
         violation, objective = evaluator.violation(x), evaluator.objective(x)
-        system = self.system
-        gradient, hessian = evaluator.second_order(x, system.pattern, self.multipliers)
-        residual = gradient + self.jacobian.T @ self.multipliers
-        finite = bool(np.isfinite(objective) and np.isfinite(residual).all() and np.isfinite(hessian).all())
-        if not finite:
+        pull = self.jacobian.T @ self.multipliers
+        if not (np.isfinite(objective) and np.isfinite(pull).all()):
             return NOWHERE
-        inertia, decrement = self._along(hessian, residual)
+        seen = self._banded(pull) or self._sparse(pull)
+        if seen is None:
+            return NOWHERE
+        residual, inertia, decrement, mismatch = seen
         # Only where a decrement is not far below f may it be rounding that is left.
         rounding = 0.0 if decrement <= EPS * abs(objective) / SLOPPY else evaluator.rounding(x)
         far = np.abs(x) + np.abs(program.whole_shift)
@@ -335,7 +359,7 @@ class Inspection:
             complementarity=largest(slack),
             inertia=inertia,
             rounding=rounding,
-            mismatch=self._mismatch(gradient, residual, hessian),
+            mismatch=mismatch,
             missed=largest(missed),
             pressing=largest(slack) / weight,
             weak=tuple(name for name, part in program.split(self.weak).items() if part.any()),
@@ -361,6 +385,28 @@ class Inspection:
             if not q.error <= nothing
         ]
         return float(sum(q.error for q in found.values())), tuple(unresolved)
+
+    def _banded(self, pull: np.ndarray) -> Seen | None:
+        """What is seen from the band where the Hessian is positive definite along bounds that press, else None."""
+        if self.pressed is None:
+            return None
+        gradient, hessian = self.pressed.second_order(self.multipliers)
+        residual = gradient + pull
+        if not (np.isfinite(residual).all() and np.isfinite(hessian).all()):
+            return None
+        decrement = self.pressed.decrement(hessian, residual)
+        if decrement is None:
+            return None
+        return residual, "positive", decrement, self._mismatch(self.pressed, gradient, residual, hessian)
+
+    def _sparse(self, pull: np.ndarray) -> Seen | None:
+        """What is seen from the saddle system of the conditions that press; None where it is not finite."""
+        gradient, hessian = self.evaluator.second_order(self.x, self.system.pattern, self.multipliers)
+        residual = gradient + pull
+        if not (np.isfinite(residual).all() and np.isfinite(hessian).all()):
+            return None
+        inertia, decrement = self._along(hessian, residual)
+        return residual, inertia, decrement, self._mismatch(self.system, gradient, residual, hessian)
 
     def _along(self, hessian: np.ndarray, residual: np.ndarray) -> tuple[str, float]:
         """The inertia along the conditions that press, and the decrement there."""
@@ -389,9 +435,11 @@ class Inspection:
         outward = np.where(upper, change, -change)
         return "indefinite" if (outward <= 0).all() or (outward >= 0).all() else "unknown"
 
-    def _mismatch(self, gradient: np.ndarray, residual: np.ndarray, hessian: np.ndarray) -> float:
+    def _mismatch(
+        self, system: AnySystem | Pressed, gradient: np.ndarray, residual: np.ndarray, hessian: np.ndarray
+    ) -> float:
         """The part of r in the range of Jᵀ, relative to the gradient in the program's own units."""
-        system, unit = self.system, self.program.unit
+        unit = self.program.unit
         jacobian = system.jacobian if isinstance(system, Saddle) else self.jacobian
         off = unit * (jacobian.T @ system.multipliers(residual))
         u = system.on_diagonal(unit)

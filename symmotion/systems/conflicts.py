@@ -26,6 +26,8 @@ def conflicting(program: Program, x: np.ndarray, evaluator: Evaluator | None = N
     the rest those go, one after the other, without which it still does not vanish. Of linear conditions this is a
     proof, of others it is true near x. Empty where they can hold.
 
+    program: whose; evaluator: of the program, where there is one already.
+
     >>> keys = sm.examples.planar_keyframes()
     >>> objective = sm.Rigidity() + sm.TrajectoryEnergy(np.eye(2))
     >>> slow = sm.SpeedBound(np.zeros((1, 2)), 1.0)

@@ -126,6 +126,8 @@ def kkt_pattern(program: Program) -> sparse.csr_array:
 class Saddle:
     """Newton's saddle system in all unknowns and multipliers, factorised by CasADi's sparse LDLᵀ. One per thread.
 
+    Raises InputError for conditions that are redundant or contradict each other.
+
     >>> from symmotion.program import Evaluator
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> sm.systems.Saddle(program, Evaluator(program).jacobian(program.x0)).independent

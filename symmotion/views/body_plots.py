@@ -47,6 +47,8 @@ def plot_body(
     keyframes: drawn dark and numbered; more than 12 are left out. colour: blue when left out;
         label: for a legend.
 
+    Raises InputError for keyframes of another dimension, and axes or a body that cannot be drawn on or with.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> with sm.views.new_figure() as figure:
     ...     axes = sm.views.plot_body(motion, figure.add_subplot(), times=5)

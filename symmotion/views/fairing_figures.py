@@ -146,6 +146,8 @@ def _draw_border(axes: Axes, seen: np.ndarray) -> None:
 def draw_net(axes: Axes, net: np.ndarray, direction: ArrayLike = DIRECTION, colour: str = COLOURS[0]) -> None:
     """A control net (n, m, 3) as its lines in a parallel view.
 
+    axes: of Matplotlib; direction: seen from there; colour: of the lines.
+
     >>> net = sm.motions.smooth_net(6, spatial=True)
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_net(figure.add_subplot(), net.real[..., 1:])
@@ -205,6 +207,8 @@ def draw_bodies(
     colour: str = COLOURS[0],
 ) -> None:
     """A body at positions (…, 3, 3) and (…, 3) in a parallel view, shaded, what is far behind what is near.
+
+    axes: of Matplotlib; linear, translation: of the positions; direction: seen from there; colour: of the body.
 
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_bodies(figure.add_subplot(), np.eye(3)[None], np.zeros((1, 3)), sm.bodies.jug())

@@ -57,6 +57,9 @@ def draw_curve(
 ) -> None:
     """A curve (N, 3) in space.
 
+    axes: of Matplotlib; points: (N, 3); colour, linewidth, alpha: of the line; closed: back to its start; view: see
+    `view_from`.
+
     >>> t = np.linspace(0, 6, 50)
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_curve(figure.add_subplot(), np.column_stack([np.cos(t), np.sin(t), t]))

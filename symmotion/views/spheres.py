@@ -56,6 +56,8 @@ def draw_curve(
 ) -> None:
     """A curve (N, 3) on the sphere; what lies behind is fainter by the factor `hidden`.
 
+    axes: of Matplotlib; points: (N, 3); colour, style, linewidth, alpha, label: of the line; view: see `view_from`.
+
     >>> t = np.linspace(0, 3, 50)
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_sphere_curve(figure.add_subplot(), np.column_stack([np.cos(t), np.sin(t), 0 * t]), "#0072b2")
@@ -75,6 +77,8 @@ def draw_curve(
 def draw_points(axes: Axes, points: np.ndarray, colour: str = INK, size: float = 4.0, view: np.ndarray = VIEW) -> None:
     """Dots (N, 3) on the sphere, hollow where they lie behind.
 
+    axes: of Matplotlib; points: (N, 3); colour, size: of the dots; view: see `view_from`.
+
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_sphere_points(figure.add_subplot(), np.eye(3))
     """
@@ -93,6 +97,8 @@ def draw_outlines(
     view: np.ndarray = VIEW,
 ) -> None:
     """A body, each face in a colour of its own, at one pose: from body points to the world's.
+
+    axes: of Matplotlib; colours, alpha, linewidth: of the faces; view: see `view_from`.
 
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_outlines(figure.add_subplot(), lambda points: points, sm.bodies.jug())

@@ -2,7 +2,7 @@
 
 import html
 import re
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 
 from studies.guide.building.running import FENCE, Shown, run_page
@@ -21,9 +21,8 @@ def source(name: str) -> str:
     return (SOURCES / f"{name}.md").read_text(encoding="utf-8")
 
 
-def woven(name: str, text: str, known: Iterable[str]) -> str:
+def woven(name: str, text: str, known: Mapping[str, str]) -> str:
     """A page whose code has been run, with what it shows below each block and names of the reference as links."""
-    known = frozenset(known)
     parts: list[str] = []
     shown: list[Shown] = []
     end = 0
@@ -51,7 +50,9 @@ def _fence(language: str, said: str, code: str) -> str:
 
 def _below(found: Shown, players: list[str]) -> str:
     text = found.text.strip("\n")
-    parts = [f"\n\n````{{code-block}} text\n:class: output\n\n{text}\n````\n"] if text.strip() else []
+    # Where columns are aligned, lines must not be broken.
+    kind = "output" if text.count("   ") < 4 else "output aligned"
+    parts = [f"\n\n````{{code-block}} text\n:class: {kind}\n\n{text}\n````\n"] if text.strip() else []
     parts += [picture(figure) for figure in found.pictures]
     parts += [raw(player) for player in players]
     return "".join(parts)
@@ -72,14 +73,17 @@ def stage(players: list[Player]) -> tuple[list[str], str]:
     return [raw(figure) for figure in figures], raw(rest)
 
 
-def linked(text: str, known: frozenset[str]) -> str:
-    """Text whose names of the library, as `sm.fair`, lead to the reference; a name that is not there is an error."""
+def linked(text: str, known: Mapping[str, str]) -> str:
+    """Text whose names of the library, as `sm.fair`, lead to the reference; a name that is not there is an error.
+
+    known: by name the path of its entry; a name without one stays as it is.
+    """
 
     def link(match: re.Match[str]) -> str:
         name = match[1]
         if name not in known:
             raise LookupError(f"`sm.{name}` is not in the reference")
-        return f"{{py:obj}}`sm.{name}{match[2] or ''} <symmotion.{name}>`"
+        return f"{{py:obj}}`sm.{name}{match[2] or ''} <{known[name]}>`" if known[name] else match[0]
 
     # Not inside of the fences of directives.
     parts = re.split(r"(^```.*?^```$)", text, flags=re.MULTILINE | re.DOTALL)

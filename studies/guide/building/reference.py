@@ -70,7 +70,7 @@ def entries() -> tuple[Entry, ...]:
 
 @cache
 def known() -> dict[str, str]:
-    """What `sm.…` names, by the path under which it is documented: names, and the members of classes."""
+    """By what `sm.…` names, the path of its entry: of names and of the members of classes; "" of what has none."""
     paths = {id(e.thing): e for e in entries()}
     found: dict[str, str] = {}
     for group in ["", *(g for members in GROUPS.values() for g in members)]:
@@ -83,11 +83,11 @@ def known() -> dict[str, str]:
                 continue
             path = f"{group}.{name}".lstrip(".")
             entry = paths.get(id(thing))
-            target = entry.path if entry and entry.kind != "data" else f"symmotion.{path}"
+            target = entry.path if entry and entry.kind != "data" else ""
             found[path] = target
             if inspect.isclass(thing):
                 members = [m for m in dir(thing) if not m.startswith("_") and inspect.getdoc(getattr(thing, m))]
-                found |= {f"{path}.{m}": f"{target}.{m}" for m in members}
+                found |= {f"{path}.{m}": f"{target}.{m}" for m in members if target}
     return found
 
 

@@ -42,6 +42,9 @@ SETTINGS = {
     "add_module_names": False,
     "python_maximum_signature_line_length": 78,
     "toc_object_entries": False,
+    # Links that lead nowhere are errors, but for the types in signatures.
+    "nitpicky": True,
+    "nitpick_ignore_regex": [("py:class", ".*")],
     "suppress_warnings": ["config.cache"],
 }
 

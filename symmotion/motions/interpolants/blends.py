@@ -112,6 +112,8 @@ class Interpolant:
 def component_cubic(keyframes: Keyframes, ends: str = "natural") -> AffineMotion:
     """Every entry of A and v by a C² cubic spline with simple knots at the keyframe times (HJK 2.2).
 
+    keyframes: affine; ends: as in `affine_program`.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> motion
     AffineMotion(2D, degree 3, 6 controls, times 0 to 1)
@@ -129,6 +131,8 @@ def polar_blend(keyframes: Keyframes, rotation: Literal["spline", "slerp"] = "sp
     goes either way.
 
     Raises InputError that names a keyframe that is singular or reflected. Source: Shoemake and Duff 1992.
+
+    keyframes: affine, of one orientation; rotation: how the rotations are interpolated.
 
     >>> keys = sm.examples.quarter_turn()
     >>> sm.interpolants.polar_blend(keys)(0.5).linear.round(6)

@@ -46,6 +46,8 @@ class SegmentCurve:
     function of your own it can be evaluated, but not saved.
     Derivatives are those of its Chebyshev interpolant per segment; at a joint, of the segment that begins there.
 
+    Raises InputError for times outside of the domain.
+
     >>> curve = sm.interpolants.slerp_curve([0.0, 1.0], [[1, 0, 0, 0], [0.6, 0, 0, 0.8]])
     >>> curve(0.5).round(6)
     array([0.894427, 0.      , 0.      , 0.447214])
@@ -185,6 +187,8 @@ def slerp_curve(
 ) -> SegmentCurve:
     """The piecewise slerp through keyframes (KKS figure 1): constant rate between them, which jumps there.
 
+    times, quaternions: as for `interpolate_quaternions`; scalar_first: the order of the components.
+
     >>> curve = sm.interpolants.slerp_curve([0.0, 1.0], [[1, 0, 0, 0], [0.6, 0, 0, 0.8]])
     >>> curve([0.0, 0.5, 1.0]).round(6)
     array([[1.      , 0.      , 0.      , 0.      ],
@@ -201,6 +205,8 @@ def squad(
     """Shoemake's squad through keyframes: slerp(slerp(q_i, q_{i+1}, u), slerp(s_i, s_{i+1}, u), 2u (1 − u)).
 
     s_i = q_i exp(−(log q_i⁻¹q_{i+1} + log q_i⁻¹q_{i−1})/4), at the ends s = q. It is C¹ for uniform times.
+
+    times, quaternions: as for `interpolate_quaternions`; scalar_first: the order of the components.
 
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> sm.interpolants.squad(keys)(keys.times).shape
@@ -225,6 +231,8 @@ def shoemake_bezier(
 
     control_quaternions: (S, n + 1, 4), or (n + 1, 4) for one segment; times: (S + 1,); signs: as in `aligned`.
 
+    scalar_first: the order of the components. Raises InputError for numbers of controls that make no segments.
+
     >>> curve = sm.interpolants.shoemake_bezier([[1, 0, 0, 0], [0.8, 0, 0, 0.6], [0.6, 0, 0, 0.8], [0, 0, 0, 1]])
     >>> curve(0.5).round(6)
     array([0.707107, 0.      , 0.      , 0.707107])
@@ -248,6 +256,8 @@ def shoemake_interpolant(
 
     The tangent at a keyframe bisects the double of the way in and the way out; inner controls lie a third
     of the way along it, for the length of each interval. The end segments leave towards their other inner control.
+
+    times, quaternions: as for `interpolate_quaternions`; scalar_first: the order of the components.
 
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> sm.interpolants.shoemake_interpolant(keys).domain

@@ -66,6 +66,9 @@ class QuaternionMotion:
 
     The curve is C^{degree − 1} at simple knots, and a control quaternion moves it on degree + 1 spans only.
 
+    Raises InputError for controls that are no unit quaternions, increments that do not lead between them, and times
+    outside.
+
     >>> curve = sm.quaternions.QuaternionMotion.bezier([[1, 0, 0, 0], [0.8, 0, 0, 0.6], [0, 0, 0, 1]])
     >>> curve(0.0), curve.rate(0.0).round(3) + 0.0
     (array([1., 0., 0., 0.]), array([0.   , 0.   , 2.574]))

@@ -32,6 +32,8 @@ class OrientationKeys:
     times: (M,); quaternions: (M, 4) with the signs that the ways lead to; ways: (M − 1, 3)
     half-angle vectors, longer than π/2 where the long way round or whole turns were asked for.
 
+    Raises InputError that names the keyframe at fault.
+
     >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
     >>> sm.orientation_program(keys).design.keys.ways.shape
     (2, 3)
