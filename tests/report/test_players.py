@@ -242,6 +242,17 @@ def compared_result(keys):
     return comparison_result(keys, objectives, compared(keys, objectives, 3, 1, [sm.ExactNewton()]))
 
 
+def test_the_page_of_a_comparison_of_thousands_of_poses_stays_small(tmp_path):
+    keys = sm.examples.recorded_tour(3000)
+    objective = sm.Rigidity(2) + 1e-3 * sm.TrajectoryEnergy(np.eye(3))
+    result = comparison_result(keys, [objective], compared(keys, [objective], 3, 1, [sm.ExactNewton()]))
+    page = write_report([StudyRecord("compare", "?", "", 1.0, result)], tmp_path)
+    assert page.stat().st_size < 1e6  # two objectives and three solvers, too, below 2 MB
+    player, figures = result.players[0], result.figures
+    assert len(player.keyframes) < 100 and len(figures) == 2
+    assert sum(len(f.svg) for f in figures) < 2e5
+
+
 def test_a_comparison_plays_before_and_after():
     result = compared_result(KEYS[2])
     (made,) = result.players
