@@ -17,7 +17,17 @@ import symmotion as sm
 from symmotion.bodies import eight_ellipses, jug, letter_k, wedge
 from symmotion.bodies.places import placed
 from symmotion.motions.nets import smooth_net
-from symmotion.report import Column, Run, StudyRecord, StudyResult, Table, Travelling, player, write_report
+from symmotion.report import (
+    Column,
+    Run,
+    StudyRecord,
+    StudyResult,
+    Table,
+    Travelling,
+    player,
+    player_elements,
+    write_report,
+)
 from symmotion.report.comparison import compared, comparison_result
 
 EVIL = "</script><script>window.hacked = 1</script><!--<script><img src=x onerror='window.hacked = 1'>"
@@ -571,3 +581,24 @@ def test_the_numbers_on_the_page_are_those_of_the_json(browser, path):
         values += [run["unknowns"], run["multipliers"]]
         for text, value, key in zip(texts, values, [*shown] + [""] * 5, strict=True):
             agree(text, value, digits.get(key, 3))
+
+
+def test_players_move_on_a_page_of_ones_own(browser, tmp_path):
+    figures, rest = player_elements([in_the_plane(), in_space()])
+    page_file = tmp_path / "own.html"
+    page_file.write_text(
+        "<!doctype html><meta charset=utf-8><title>own</title>" + "".join(figures) + rest, encoding="utf-8"
+    )
+    with opened(browser, page_file) as page:
+        assert page.locator("figure.player.moving").count() == 2
+        first = page.locator("figure.player").first
+        first.locator(".play").click()
+        page.wait_for_function("document.querySelector('figure.player').dataset.time > 0")
+        first.locator(".play").click()
+        before = first.locator("canvas").screenshot()
+        page.evaluate("document.body.style.background = '#222'; document.body.dataset.theme = 'dark'")
+        page.wait_for_function("window.drawn > 0")
+        page.wait_for_timeout(100)
+        assert first.locator("canvas").screenshot() != before
+    with pytest.raises(sm.InputError, match="players of the same name: plane"):
+        player_elements([in_the_plane(), in_the_plane()])
