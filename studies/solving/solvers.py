@@ -13,11 +13,15 @@ from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Tabl
 
 
 def contenders(full: bool) -> tuple[Contender, ...]:
-    """The same functions for all: machine code, or in the quick form, which need not wait for a compiler, not."""
+    """The same functions for all: machine code, or in the quick form, which need not wait for a compiler, not.
+
+    And the same starts: what ExactNewton tries beside them, `ways`, has a line of its own.
+    """
     kernels: sm.kernels.Kernels = "compiled" if full else "interpreted"
     return (
-        Contender("newton", sm.ExactNewton(kernels=kernels, time_limit=PATIENCE)),
+        Contender("newton", sm.ExactNewton(kernels=kernels, time_limit=PATIENCE, ways=0)),
         Contender("newton, one descent", sm.ExactNewton(kernels=kernels, time_limit=PATIENCE, steps="blend")),
+        Contender("newton, other ways too", sm.ExactNewton(kernels=kernels, time_limit=PATIENCE)),
         Contender("ipopt", sm.Ipopt(kernels=kernels, time_limit=PATIENCE)),
         Contender("elimination", sm.Elimination(time_limit=PATIENCE)),
     )

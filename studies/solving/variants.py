@@ -18,7 +18,7 @@ from symmotion.views import draw_kkt, new_figure
 
 
 def newton(full: bool, **options: Any) -> sm.ExactNewton:  # Any: of the solver
-    return sm.ExactNewton(kernels="compiled" if full else "interpreted", time_limit=PATIENCE, **options)
+    return sm.ExactNewton(kernels="compiled" if full else "interpreted", time_limit=PATIENCE, ways=0, **options)
 
 
 def ipopt(full: bool, **options: str | float) -> sm.Ipopt:

@@ -19,10 +19,9 @@ from symmotion.solvers import ExactNewton, Solution, Solver, Status
 from symmotion.solvers.minima import same
 from symmotion.solvers.solver import require_program, require_solver
 
-# Random starts, and hops from the lowest minimum of before, that are solved before the counts are looked at again.
-DRAWS, HOPS = 2, 6
-# The share of the budget for starts that are not drawn.
-SETTLED = 1 / 3
+# Starts that are not drawn before all others. Then in every round, after which the counts are looked at again, another
+# one of them, a random one, and hops from the lowest minimum of before.
+FIRST, SETTLED, DRAWS, HOPS = 2, 1, 1, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,12 +124,13 @@ def explore(
 ) -> Exploration[DesignT]:
     """Minima of a program from many starts, and an estimate of those that were missed.
 
-    Starts are tried in this order: the program's own; rigid, polar factors interpolated as rotations; rigid with one
-    segment the other way round, those with the largest turns first; staged by degree; up to a third of the budget. Then
-    random ones in turns with hops. Random ones are drawn independently: noise about the program's own start, noise
-    along directions of low curvature, and rigid with either way round by lot. Hops are noise about the lowest minimum
-    that is known when they are handed out. All programs have the own start, random ones and hops; the others where they
-    make sense.
+    The first starts are the program's own and a rigid one, polar factors that turn at constant rates. Then come rounds
+    of six: one that is not drawn while there are some, which are rigid with one segment the other way round, those
+    with the largest turns first, and staged by degree; a random one; and hops. Random ones are drawn independently:
+    noise about the program's own start, noise along directions of low curvature, rigid with either way round by lot.
+    Hops lead away from the lowest minimum that is known when they are handed out, by lot with a segment the other way
+    round, with some controls in opposition or at zero, or with noise. All programs have the own start, random ones and
+    hops; the others where they make sense.
 
     budget: the most starts. seed: of the random ones. executor: None for this process, a number of processes, or an
     executor, see `solve_many`; the answer is the same, whatever the workers. solver: ExactNewton() when left out.
@@ -151,8 +151,8 @@ def explore(
     budget, seed = checks.whole(budget, 1, "budget", " of starts"), checks.whole(seed, 0, "seed")
     unseen = checks.not_negative(unseen, "unseen")
     launched = FromStart(ExactNewton() if solver is None else require_solver(solver))
-    known, more = settled(program), drawn(seed)
-    batch = known[: max(1, round(SETTLED * budget))]
+    known, more = iter(settled(program)), drawn(seed)
+    batch = [*islice(known, FIRST)]
     starts: list[Start] = []
     answers: list[Solution | Failed] = []
     with ExitStack() as stack:
@@ -160,7 +160,7 @@ def explore(
             # Kept from round to round: starting processes takes longer than many solves.
             executor = stack.enter_context(own_processes(checks.whole(executor, 1, "executor", " of processes")))
         while True:
-            batch = [*batch, *islice(more, DRAWS)][: budget - len(starts)]
+            batch = [*batch, *islice(known, SETTLED), *islice(more, DRAWS)][: budget - len(starts)]
             answers += solve_many(((program, s) for s in batch), launched, executor)
             starts += batch
             found = _sorted(program, starts, answers, "")

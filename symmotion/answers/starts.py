@@ -8,17 +8,21 @@ import numpy as np
 
 from symmotion.program import Evaluator, Program, Staged, Turning
 from symmotion.solvers import Solution, Solver
+from symmotion.solvers.ways import turned
 from symmotion.systems import AnySystem, Saddle, largest, shifted, system_of, tenfold
 
 OWN, RIGID, STAGED, WINDING, RANDOM, HOP = "own", "rigid", "staged", "winding", "random", "hop"
 # How far random starts lie from the program's own, relative to the spread of its numbers: from near to all over.
 LEAST_SPREAD, MOST_SPREAD = 0.1, 1.0
-# And hops from a minimum that is there already, whose neighbours are often lower.
-LEAST_HOP, MOST_HOP = 0.1, 1.0
-# The share of the controls that a hop moves where it does not move all.
-LEAST_PART, MOST_PART = 0.1, 0.4
+# And hops from a minimum that is there already, whose neighbours are often lower: shorter ones lead back to it.
+LEAST_HOP, MOST_HOP = 1.0, 4.0
+# The share of the controls that a hop moves where it does not move all, and how often it moves all.
+LEAST_PART, MOST_PART, ALL = 0.1, 0.4, 0.25
+# What a hop makes of the numbers that it takes: the opposite, or nothing.
+FACTORS = (-1.0, -1.0, 0.0)
 # Turns in rad from which the other way round is a start of its own.
 LEAST_TURN = 0.25 * np.pi
+WAYS = 2  # before the stages
 # Multiples of the identity that make a Gauss–Newton matrix positive definite, relative to its diagonal.
 RIDGE, MOST_RIDGE = 1e-6, 1e6
 
@@ -48,8 +52,8 @@ def settled(program: Program) -> list[Start]:
     # The longer the way, the less longer is the other one.
     order = np.argsort(-angles, kind="stable")
     found = [Start(OWN), *([Start(RIGID)] if angles.size else [])]
-    found += [Start(WINDING, int(k)) for k in order if angles[k] > LEAST_TURN]
-    return found + ([Start(STAGED)] if isinstance(program.design, Staged) else [])
+    ways = [Start(WINDING, int(k)) for k in order if angles[k] > LEAST_TURN]
+    return found + ways[:WAYS] + ([Start(STAGED)] if isinstance(program.design, Staged) else []) + ways[WAYS:]
 
 
 def drawn(seed: int) -> Iterator[Start]:
@@ -86,7 +90,7 @@ def begun(program: Program, start: Start, solver: Solver) -> object:
         return _random(program, np.random.default_rng([start.seed, start.number]))
     if start.base is not None:
         rng = np.random.default_rng([start.seed, start.number, 1])
-        return start.base + _hop(program, rng)
+        return _hop(program, start.base, rng)
     assert isinstance(design, Turning)
     whole = np.zeros(len(design.turns))
     if start.kind == WINDING:
@@ -128,16 +132,41 @@ def _random(program: Program, rng: np.random.Generator) -> np.ndarray:
     return x + extent * noise
 
 
-def _hop(program: Program, rng: np.random.Generator) -> np.ndarray:
-    """(unknowns,) noise, by lot on all controls or on some that follow each other."""
-    noise = _extent(program, rng, LEAST_HOP, MOST_HOP) * rng.normal(size=program.unknowns)
-    if rng.random() < 0.5:
-        return noise
-    middle, part = rng.random(), rng.uniform(LEAST_PART, MOST_PART)
-    for values in program.unpack(noise).values():
+def _hop(program: Program, base: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """(unknowns,) away from a minimum, one of three ways by lot.
+
+    A segment the other way round; all numbers but lengths, of some controls that follow each other or of all, times
+    one of FACTORS; or noise on them.
+    """
+    angles = _angles(program)
+    kind = rng.integers(3 if angles.size else 2)
+    if kind == 2:
+        return turned(program, base, int(rng.choice(len(angles), p=angles / angles.sum() if angles.any() else None)))
+    part = _part(program, rng)
+    if kind == 1:
+        return base + part * _extent(program, rng, LEAST_HOP, MOST_HOP) * rng.normal(size=len(base))
+    factor = rng.choice(FACTORS)
+    return np.where(part * ~_lengths(program), factor * base, base)
+
+
+def _part(program: Program, rng: np.random.Generator) -> np.ndarray:
+    """(unknowns,) whether each belongs to some controls that follow each other, or to all, by lot."""
+    whole, middle, size = rng.random() < ALL, rng.random(), rng.uniform(LEAST_PART, MOST_PART)
+    taken = {}
+    for name, values in program.start.items():
         place = np.arange(len(values)) / max(1, len(values) - 1)
-        values[np.abs(place - middle) > max(part / 2, 0.5 / len(values))] = 0.0
-    return noise
+        near = np.abs(place - middle) <= max(size / 2, 0.5 / len(values))
+        taken[name] = np.broadcast_to((near | whole)[:, None], values.shape)
+    return program.pack(taken).astype(bool)
+
+
+def _lengths(program: Program) -> np.ndarray:
+    """(unknowns,) which unknowns are lengths, not pure numbers."""
+    found = {}
+    for name, values in program.start.items():
+        found[name] = np.zeros(values.shape, dtype=bool)
+        found[name][:, program.lengths.get(name, slice(0, 0))] = True
+    return program.pack(found).astype(bool)
 
 
 def _extent(program: Program, rng: np.random.Generator, least: float, most: float) -> np.ndarray:

@@ -28,7 +28,7 @@ from symmotion.design.question import (
     require_times,
     require_volume,
 )
-from symmotion.design.rigid_start import rigid_spline, turns_between
+from symmotion.design.rigid_start import other_way, rigid_spline, turns_between
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
@@ -105,6 +105,8 @@ def placed_knots(knots: ArrayLike, times: np.ndarray) -> np.ndarray:
 
 
 MOST_KNOTS = 10**6
+# Keyframes up to which what an edit does to the start is kept, by control and keyframe.
+MOST_CARRIED = 500
 
 
 def _clamped(a: float, inner: np.ndarray, b: float, degree: int, origin: float) -> BSplineBasis:
@@ -235,16 +237,27 @@ class AffineDesign:
         require_start(motion, AffineMotion, self.keyframes.dimension)
         return {UNKNOWN: self._unknowns(represent(self.basis, motion.spline, self.keyframes.times))}
 
-    @property
+    @cached_property
     def turns(self) -> np.ndarray:
         """(M − 1,) the angles in rad between the keyframes' polar factors; none where some reflect others."""
         return turns_between(self.keyframes)
 
     def rigid(self, whole: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """The unknowns of a motion that turns rigidly, see `rigid_spline`; whole: (M − 1,) turns added."""
-        return {
-            UNKNOWN: self._unknowns(represent(self.basis, rigid_spline(self.keyframes, whole), self.keyframes.times))
-        }
+        spline = rigid_spline(self.keyframes, whole)
+        return {UNKNOWN: self._unknowns(represent(self.basis, spline, self.keyframes.times))}
+
+    def turned(self, unknowns: Mapping[str, np.ndarray], segment: int) -> dict[str, np.ndarray]:
+        """The unknowns of a motion that turns rigidly the other way round along a segment, elsewhere as these."""
+        found, d = unknowns[UNKNOWN].copy(), self.keyframes.dimension
+        begin, end = self.keyframes.times[segment : segment + 2] - self.basis.origin
+        share = (self.basis.relative.greville - begin) / (end - begin)
+        inside = np.flatnonzero((share > 0) & (share < 1))
+        linear = other_way(self.keyframes.linear[segment : segment + 2], share[inside]).reshape(-1, d * d)
+        # As much of it as the two ways are apart.
+        weight = np.minimum(1.0, 2 * np.sin(np.pi * share[inside]))[:, None]
+        found[inside, : d * d] += weight * (linear - found[inside, : d * d])
+        return {UNKNOWN: found}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint, the keyframes' in the keyframes' shape.
@@ -281,8 +294,7 @@ class AffineDesign:
         # The old start plus the spline through the changes: smooth, and exact at the new keyframes.
         began = perf_counter()
         change = keyframes.coordinates - self.keyframes.coordinates
-        shift = represent(self.basis, cubic_interpolant(keyframes.times, change), keyframes.times)
-        start = Spline(self.basis, self.start.control_points + shift.control_points)
+        start = Spline(self.basis, self.start.control_points + self._shift(program, change))
         design = replace(self, keyframes=keyframes, start=start)
         controls = {UNKNOWN: design._unknowns(start)}
         if self.constraints:
@@ -290,6 +302,17 @@ class AffineDesign:
             return replace(design.program().sharing(program), build_seconds=perf_counter() - began)
         moved = program.with_data("keyframes", design._targets[:, : self.channels])
         return replace(moved, start=controls, design=design, build_seconds=perf_counter() - began)
+
+    def _shift(self, program: Program, change: np.ndarray) -> np.ndarray:
+        """(n, d² + d) the controls of the spline through changes (M, d² + d) of the keyframes."""
+        times = self.keyframes.times
+        if len(times) > MOST_CARRIED:
+            return represent(self.basis, cubic_interpolant(times, change), times).control_points
+        if "carried" not in program.structure:
+            through = cubic_interpolant(times, np.eye(len(times)))
+            program.structure["carried"] = represent(self.basis, through, times).control_points
+        moved = np.flatnonzero(change.any(axis=1))
+        return program.structure["carried"][:, moved] @ change[moved]
 
     def stages(self, by: str) -> "Iterator[Program[AffineDesign]]":
         """Smaller programs that lead to this one by steps, coarsest first (HJK 4.4, 5.1).

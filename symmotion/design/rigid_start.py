@@ -2,32 +2,33 @@
 
 import numpy as np
 
-from symmotion.errors import InputError, SolveError
+from symmotion.errors import InputError
 from symmotion.motions import Keyframes
 from symmotion.motions.quaternions.algebra import exp, product
-from symmotion.motions.quaternions.interpolation import interpolate_keys
 from symmotion.motions.quaternions.keys import OrientationKeys
 from symmotion.motions.rigid import polar_factors
 from symmotion.motions.rotations import as_rotations, from_rotation, to_rotation
 from symmotion.splines import Spline, cubic_interpolant
 
 FINE = 8  # points of the path to a segment
-# A start need not be exact, nor take longer than the descent from it: some ways round have no C² curve.
-ROUGH, STEPS = 1e-6, 30
 
 
 def turns_between(keys: Keyframes) -> np.ndarray:
-    """(M − 1,) the angles in rad, 0 to π, between the polar factors of neighbours; none where some reflect others."""
-    rotations = _rotations(keys)
-    if rotations is None:
+    """(M − 1,) the angles θ in rad, 0 to π, between the polar factors of neighbours; none where some reflect others.
+
+    ‖M_{i+1} − M_i‖ = √8 sin(θ/2), in the plane and in space.
+    """
+    factors, _, _ = polar_factors(keys.linear)
+    if len(np.unique(np.linalg.det(factors) < 0)) > 1:
         return np.empty(0)
-    return 2 * np.linalg.norm(OrientationKeys.of(keys.times, rotations, signs="keep").ways, axis=1)
+    apart = np.sqrt(np.sum(np.diff(factors, axis=0) ** 2, axis=(1, 2)) / 8)
+    return 2 * np.arcsin(np.minimum(1.0, apart))
 
 
 def rigid_spline(keys: Keyframes, turns: np.ndarray | None = None) -> Spline:
-    """A_t = M(t) S(t), the polar factors of the keyframes: M interpolated as rotations, S and v as C² cubic splines.
+    """A_t = M(t) S(t), the polar factors of the keyframes: M turns at constant rates, S and v are C² cubic splines.
 
-    M is the C² quaternion curve, or turns at constant rates where there is none. turns: (M − 1,) whole turns added, −1
+    turns: (M − 1,) whole turns added, −1
     for the other way round. The spline (n, d² + d) is the cubic through FINE points to a segment. InputError where
     some keyframes reflect others.
     """
@@ -38,11 +39,8 @@ def rigid_spline(keys: Keyframes, turns: np.ndarray | None = None) -> Spline:
     given = OrientationKeys.of(keys.times, rotations, turns, "keep")
     share = np.arange(FINE) / FINE
     times = np.append((keys.times[:-1, None] + np.diff(keys.times)[:, None] * share).ravel(), keys.times[-1])
-    try:
-        path = interpolate_keys(given, "natural", tolerance=ROUGH, max_iterations=STEPS)(times)
-    except SolveError:
-        steps = product(given.quaternions[:-1, None], exp(given.ways[:, None] * share[:, None]))
-        path = np.concatenate([steps.reshape(-1, 4), given.quaternions[-1:]])
+    steps = product(given.quaternions[:-1, None], exp(given.ways[:, None] * share[:, None]))
+    path = np.concatenate([steps.reshape(-1, 4), given.quaternions[-1:]])
     turned = to_rotation(path).as_matrix()[:, :d, :d]
     linear = to_rotation(given.quaternions).as_matrix()[:, :d, :d]
     stretches = np.swapaxes(linear, 1, 2) @ keys.linear
@@ -51,6 +49,24 @@ def rigid_spline(keys: Keyframes, turns: np.ndarray | None = None) -> Spline:
     along = turned @ between[:, : d * d].reshape(-1, d, d)
     values = np.concatenate([along.reshape(len(times), -1), between[:, d * d :]], axis=1)
     return cubic_interpolant(times, values)
+
+
+def other_way(linear: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """(N, d, d) from one linear part to another (2, d, d), at shares (N,) of the longer way; neither or both reflect.
+
+    M₀ exp(s ω (1 − 2π/|ω|)) ((1 − s) S₀ + s S₁) with the polar factors M S and exp(ω) = M₀ᵀM₁.
+    """
+    d = linear.shape[1]
+    (first, second), stretches, _ = polar_factors(linear)
+    whole = np.eye(3)
+    whole[:d, :d] = first.T @ second
+    way = as_rotations(whole[None]).as_rotvec()[0]
+    size = float(np.linalg.norm(way))
+    if size > 0:
+        way = way * (1 - 2 * np.pi / size)
+    turns = to_rotation(exp(0.5 * shares[:, None] * way)).as_matrix()[:, :d, :d]
+    s = shares[:, None, None]
+    return first @ turns @ ((1 - s) * stretches[0] + s * stretches[1])
 
 
 def _rotations(keys: Keyframes) -> np.ndarray | None:

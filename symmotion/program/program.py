@@ -193,6 +193,10 @@ class Turning(Protocol):
         """The unknowns of a motion that turns rigidly, with (M − 1,) whole turns added: −1 for the other way round."""
         ...
 
+    def turned(self, unknowns: Mapping[str, np.ndarray], segment: int) -> Mapping[str, np.ndarray]:
+        """The unknowns of a motion that turns rigidly the other way round along a segment, elsewhere as these."""
+        ...
+
 
 @runtime_checkable
 class Noted(Protocol):

@@ -1,7 +1,7 @@
 """Several solvers on one program, side by side."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -112,8 +112,9 @@ def compare(program: Program, solvers: Sequence[Solver] | None = None, start: ob
     """Run solvers one after the other on a program from the same start.
 
     solvers: ExactNewton(), Ipopt() and Elimination() when left out. One that cannot take the
-    program gets a row that says why. Where one has met a point that is lower than every minimum found, on its way or
-    where it failed, ExactNewton descends from there, until no run has met a lower one: `descents`.
+    program gets a row that says why. An ExactNewton has no `ways` here, but the one start that all have. Where one has
+    met a point that is lower than every minimum found, on its way or where it failed, ExactNewton descends from there,
+    until no run has met a lower one: `descents`.
 
     Raises InputError for what are no solvers.
 
@@ -127,11 +128,12 @@ def compare(program: Program, solvers: Sequence[Solver] | None = None, start: ob
         raise InputError(f"solvers {solvers!r}: a sequence is needed, such as [ExactNewton(), Ipopt()]")
     require_program(program)
     runs = []
-    for solver in [require_solver(s, "tolerance") for s in solvers]:
+    for asked in [require_solver(s, "tolerance") for s in solvers]:
+        solver = replace(asked, ways=0) if isinstance(asked, ExactNewton) else asked
         try:
             found = solver.solve(program, start)
         except InputError as error:
-            found = _unsupported(program, solver, str(error))
+            found = _unsupported(program, asked, str(error))
         if not isinstance(found, Solution):
             raise InputError(f"solver {solver!r} returns a {type(found).__name__}: a Solution is needed, see conclude")
         runs.append(Run(solver, found))

@@ -93,7 +93,7 @@ class Datum:
 
 def _batch(change: object, shape: tuple[int, ...], what: str) -> tuple[np.ndarray, bool]:
     """(k, …) changes of a shape, and whether there was a leading axis."""
-    values = checks.numbers(change, what)
+    values = checks.floats(change, what)
     more = values.ndim - len(shape)
     if more not in (0, 1) or values.shape[more:] != shape or not np.isfinite(values).all():
         wanted = checks.shown(shape) if shape else "a number"

@@ -52,6 +52,8 @@ class Journal:
         self._began = self._since = perf_counter()
         self._compile = self._solve = 0.0
         self._stopped = False
+        # What a descent that leads to nothing of use ends with.
+        self.vain: Failure | None = None
         # Of several solves at once only one could be seen.
         alone = current_thread() is main_thread() and parent_process() is None
         self._shown = alone and sys.stderr is not None and sys.stderr.isatty()
@@ -111,7 +113,7 @@ class Journal:
             return Status.TIME_LIMIT, f"{self._limit:g} seconds"
         if len(self.log) >= self._most:
             return Status.ITERATION_LIMIT, f"{self._most} iterations"
-        return None
+        return self.vain
 
     def timed(self, function: Callable[[*Arguments], T], *arguments: *Arguments) -> T:
         """What a function of linear algebra returns, its seconds noted."""

@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from symmotion.checks import choice
+from symmotion.checks import choice, whole
 from symmotion.errors import InputError
 from symmotion.kernels import Kernels, is_compilable
 from symmotion.program import Bounded, DesignT, Evaluator, Program
@@ -20,6 +20,7 @@ from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.solution import Iteration, Solution, Status
 from symmotion.solvers.solver import conclude, start_multipliers, start_vector
 from symmotion.solvers.sqp import Curved
+from symmotion.solvers.ways import large_turns, turned
 from symmotion.systems import (
     AnyFactor,
     AnySystem,
@@ -43,6 +44,9 @@ MOST_SHIFT = 1e6  # relative to the diagonal
 ROUNDING = 1e-15
 # Slopes of f along the Newton step, relative to f, below which a line search follows rounding.
 LOCAL = 1e-12
+# A descent leads to a higher minimum where FAR decrements do not take it below the known one at TWICE looks in a row,
+# after EARLY ones; a lower minimum is lower by LOWER, relative.
+FAR, TWICE, EARLY, LOWER = 5.0, 2, 3, 1e-6
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,10 @@ class ExactNewton:
     Where θ had to fall back on the way, several minima compete, and a second descent from the
     same start, with the exact Hessian plus a multiple of the identity and steps as long as they
     descend, often ends elsewhere: the lower minimum of the two is returned, and the log holds
-    the other descent before its own. Not so from a start of the caller's own.
+    the other descent before its own.
+    Where neighbouring keyframes are turned by more than 120° (`solvers.ways`), others begin at that minimum with such a
+    segment turning rigidly the other way round, the largest turns first, and are given up once decrements say that they
+    lead to a higher one. Neither from a start of the caller's own.
 
     Nonlinear equalities are linearised at every iterate (SQP, see `sqp.Curved`): M is the blend
     with the Hessian of the Lagrangian, and the merit function is f + μ ‖g‖₁.
@@ -76,6 +83,7 @@ class ExactNewton:
         processors, four at most, when left out. Neither changes a bit of the result.
     time_limit: wall-clock seconds for a solve, looked at before every step; None for no limit.
     callback: called with every `Iteration` of the log; where it returns True the solve stops.
+    ways: segments that are tried the other way round; 0 for the program's own start alone, as `compare` has it.
 
     Raises InputError for options out of range, and for what a system cannot take.
 
@@ -92,10 +100,12 @@ class ExactNewton:
     time_limit: float | None = None
     callback: Callback | None = field(default=None, repr=False, compare=False)
     steps: Literal["twice", "blend", "shifted", "gauss-newton"] = "twice"
+    ways: int = 3
 
     def __post_init__(self):
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
         choice(self.steps, ("twice", "blend", "shifted", "gauss-newton"), "steps")
+        object.__setattr__(self, "ways", whole(self.ways, 0, "ways"))
         choice(self.system, ("auto", "condensed", "sparse"), "system")
         require_kernels(self.kernels, self.threads)
 
@@ -105,12 +115,12 @@ class ExactNewton:
 
         Bounds that are meant for all times hold at all: see `exchange`.
         """
-        whole = Journal(self.max_iterations)
+        every = Journal(self.max_iterations)
         series = self.kernels == "auto" and isinstance(start, Solution)
         # One of a series, such as the edits of a keyframe: the compiler is repaid if it takes most of the work.
         repaid = series and all(is_compilable(b.kernel, "hessian") for b in program.terms)
         kernels: Kernels = "compiled" if repaid else self.kernels
-        return exchange(program, lambda p, s: self._at_times(p, s, whole.elapsed, kernels), start)
+        return exchange(program, lambda p, s: self._at_times(p, s, every.elapsed, kernels), start)
 
     def _at_times(
         self, program: Program[DesignT], start: object, spent: float = 0.0, kernels: Kernels | None = None
@@ -171,18 +181,46 @@ class ExactNewton:
         first = Straight(self.tolerance, evaluator, system, journal, x, blend=self.steps != "shifted")
         # A start of the caller's own is taken for close to the minimum, where the exact Hessian serves.
         failure, fell_back = descend(first, self._theta(LEAST if start is None else 1.0))
-        if start is not None or not fell_back or self.steps != "twice":
+        if start is not None or self.steps != "twice":
             return first.x, first.multipliers, failure
-        if journal.stopped:
-            return first.x, first.multipliers, failure or journal.ending()
-        log, journal.log = journal.log, []
-        second = Straight(self.tolerance, evaluator, system, journal, x, blend=False)
-        other, _ = descend(second, 1.0)
-        if (other is not None, journal.log[-1].objective) < (failure is not None, log[-1].objective):
-            journal.log = log + journal.log
-            return second.x, second.multipliers, other
-        journal.log = journal.log + log
-        return first.x, first.multipliers, journal.ending() if journal.stopped else failure
+        best, before = (first, failure), []
+        if fell_back and not journal.stopped:
+            log, journal.log = journal.log, []
+            second = Straight(self.tolerance, evaluator, system, journal, x, blend=False)
+            other, _ = descend(second, 1.0)
+            if (other is not None, journal.log[-1].objective) < (failure is not None, log[-1].objective):
+                best, before = (second, other), log
+            else:
+                journal.log, before = log, journal.log
+        best, before = self._ways(best, before)
+        journal.log = before + journal.log
+        course, failure = best
+        return course.x, course.multipliers, journal.ending() if journal.stopped else failure
+
+    def _ways(
+        self, best: "tuple[Straight, Failure | None]", before: list[Iteration]
+    ) -> "tuple[tuple[Straight, Failure | None], list[Iteration]]":
+        """The lowest of a descent and of those with a large turn the other way round, and the rows of all others.
+
+        The journal has the rows of the lowest.
+        """
+        first = best[0]
+        evaluator, system, journal = first.evaluator, first.system, first.journal
+        for segment in large_turns(evaluator.program, self.ways if best[1] is None else 0):
+            if journal.stopped:
+                break
+            known, log = best[0], journal.log
+            journal.log = []
+            x = turned(evaluator.program, known.x, segment)
+            x = system.feasible(x, evaluator.violation(x))
+            course = Straight(self.tolerance, evaluator, system, journal, x, blend=False, most=known.objective)
+            failure, _ = descend(course, 1.0)
+            journal.vain = None
+            if failure is None and course.objective < known.objective - LOWER * abs(known.objective):
+                best, before = (course, failure), before + log
+            else:
+                journal.log, before = log, before + journal.log
+        return best, before
 
     def _curved(
         self, evaluator: Evaluator, x: np.ndarray, start: object, journal: Journal
@@ -255,6 +293,7 @@ class Straight:
     """The course of a descent along linear conditions, from a point x where they hold.
 
     blend: by θ and exact line searches, or else by multiples of the identity and steps as long as they descend.
+    most: the descent ends where it leads to higher values.
     """
 
     strange = "the objective or a derivative is not finite"
@@ -269,19 +308,20 @@ class Straight:
         journal: Journal,
         x: np.ndarray,
         blend: bool,
+        most: float = np.inf,
     ):
         self.evaluator, self.system, self.journal, self.blend = evaluator, system, journal, blend
         self.x, self.multipliers = x, np.empty(0)
         self._enough, self._shift = Enough(tolerance, evaluator), FIRST_SHIFT
-        self._objective = evaluator.objective(x)
+        self.objective, self._most, self._looks, self._above = evaluator.objective(x), most, 0, 0
         # Steps along linear conditions leave it as it is up to rounding, which the certificate tells.
         self._violation = largest(evaluator.violation(x))
 
     def look(self, theta: float) -> Point:
         gradient, matrix = self.evaluator.second_order(self.x, self.system.pattern, theta=theta)
         self.multipliers = self.system.multipliers(gradient)
-        finite = bool(np.isfinite(self._objective) and np.isfinite(matrix).all())
-        row = Iteration(self._objective, largest(self.system.reduced(gradient)), self._violation)
+        finite = bool(np.isfinite(self.objective) and np.isfinite(matrix).all())
+        row = Iteration(self.objective, largest(self.system.reduced(gradient)), self._violation)
         return Point(row, gradient, matrix, finite)
 
     def matrix(self, theta: float) -> np.ndarray:
@@ -308,21 +348,29 @@ class Straight:
         if isinstance(self.system, Saddle):
             # By rounding the step leaves the conditions, across which the gradient is as large as the multipliers.
             slope += float(self.multipliers @ (self.system.jacobian @ point.step))
-        return self._enough(-0.5 * slope, self._objective, self.x)
+        self._tell(-0.5 * slope)
+        return self._enough(-0.5 * slope, self.objective, self.x)
+
+    def _tell(self, decrement: float) -> None:
+        """Tell the journal where the descent leads to more than `most`, as far as decrements tell."""
+        above = self.objective - FAR * max(decrement, 0.0) > self._most
+        self._looks, self._above = self._looks + 1, self._above + 1 if above else 0
+        if self._above >= TWICE and self._looks > EARLY:
+            self.journal.vain = Status.STALLED, "the descent leads to a higher minimum"
 
     def outward(self, point: Point) -> np.ndarray | None:
         return self.journal.timed(self.system.curvature, self.matrix(1.0)).direction
 
     def advance(self, point: Point, factor: AnyFactor, outward: np.ndarray | None) -> tuple[float, bool]:
         step = point.step if outward is None else outward
-        before, slope = self._objective, float(point.gradient @ step)
+        before, slope = self.objective, float(point.gradient @ step)
         if outward is None and -slope <= LOCAL * abs(before):
-            length, self._objective = 1.0, self.evaluator.objective(self.x + step)
+            length, self.objective = 1.0, self.evaluator.objective(self.x + step)
         else:
-            length, self._objective = self._length(step, slope, exact=self.blend or outward is not None)
+            length, self.objective = self._length(step, slope, exact=self.blend or outward is not None)
         self.x = self.x + length * step
         # Less than the rounding of the objective is no progress either.
-        return length, self._objective < before - ROUNDING * abs(before)
+        return length, self.objective < before - ROUNDING * abs(before)
 
     def rest(self, point: Point, factor: AnyFactor) -> None:
         """One more step from a minimum: the factor is there, and it squares the error for one gradient."""
@@ -352,7 +400,7 @@ class Straight:
 
     def _length(self, step: np.ndarray, slope: float, exact: bool) -> tuple[float, float]:
         """The length of a step and the objective there: the first minimum with `exact`, else the first of 1, ½, ¼, …"""
-        quartic, objective = self.evaluator.line(self.x, step), self._objective
+        quartic, objective = self.evaluator.line(self.x, step), self.objective
         if quartic is not None and exact:
             length = first_minimum(quartic)
             return length, float(np.polyval(quartic[::-1], length))

@@ -126,7 +126,7 @@ class Sensitivity:
         gradient: (unknowns,) of the scalar by x, or (k, unknowns) of k scalars; then a leading axis is of them.
         What does not move the minimum of itself, such as the limit of a bound that is not met, has a gradient of zero.
         """
-        given = checks.numbers(gradient, "gradient")
+        given = checks.floats(gradient, "gradient")
         if given.ndim not in (1, 2) or given.shape[-1] != self.program.unknowns or not np.isfinite(given).all():
             wanted = checks.shown((self.program.unknowns,))
             raise InputError(f"gradient of shape {given.shape}: finite, {wanted}, is needed, or several in a row")

@@ -1,6 +1,6 @@
 """What is true at a point with multipliers, computed the same way whatever solver returned them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
@@ -244,9 +244,28 @@ class Inspection:
         return self.evaluator.jacobian(self.x)
 
     @cached_property
+    def sizes(self) -> sparse.csr_array:
+        """(conditions, unknowns) the Jacobian's absolute values."""
+        return self._once("sizes", lambda: abs(self.jacobian))
+
+    @cached_property
+    def transposed(self) -> sparse.csr_array:
+        """(unknowns, conditions) the Jacobian's transpose."""
+        return self._once("transposed", lambda: sparse.csr_array(self.jacobian.T))
+
+    def _once(self, name: str, make: Callable[[], sparse.csr_array]) -> sparse.csr_array:
+        """What is made of the Jacobian, kept where that is."""
+        if not self.program.linear:
+            return make()
+        structure = self.program.structure
+        if name not in structure:
+            structure[name] = make()
+        return structure[name]
+
+    @cached_property
     def reach(self) -> np.ndarray:
         """(conditions,) by how much each condition changes where the unknowns move by their units."""
-        return reach(self.jacobian, self.program.unit)
+        return reach(self.sizes, self.program.unit)
 
     @cached_property
     def equal(self) -> np.ndarray:
@@ -333,7 +352,7 @@ class Inspection:
     def certificate(self) -> Certificate:
         program, evaluator, x = self.program, self.evaluator, self.x
         violation, objective = evaluator.violation(x), evaluator.objective(x)
-        pull = self.jacobian.T @ self.multipliers
+        pull = self.transposed @ self.multipliers
         if not (np.isfinite(objective) and np.isfinite(pull).all()):
             return NOWHERE
         seen = self._banded(pull) or self._sparse(pull)
@@ -343,7 +362,7 @@ class Inspection:
         # Only where a decrement is not far below f may it be rounding that is left.
         rounding = 0.0 if decrement <= EPS * abs(objective) / SLOPPY else evaluator.rounding(x)
         far = np.abs(x) + np.abs(program.whole_shift)
-        sums = np.asarray(abs(self.jacobian) @ far) + np.abs(np.where(self.equal, program.lower, 0.0))
+        sums = np.asarray(self.sizes @ far) + np.abs(np.where(self.equal, program.lower, 0.0))
         unseen = SLOPPY * EPS * sums
         missed = np.where(np.abs(violation) <= unseen, 0.0, np.abs(violation) / self.reach)
         slack = self.press * np.minimum(self.slack, 1.0)
@@ -440,8 +459,8 @@ class Inspection:
     ) -> float:
         """The part of r in the range of Jᵀ, relative to the gradient in the program's own units."""
         unit = self.program.unit
-        jacobian = system.jacobian if isinstance(system, Saddle) else self.jacobian
-        off = unit * (jacobian.T @ system.multipliers(residual))
+        transposed = system.jacobian.T if isinstance(system, Saddle) else self.transposed
+        off = unit * (transposed @ system.multipliers(residual))
         u = system.on_diagonal(unit)
         far = largest(self.x / unit)
         floor = SLOPPY * EPS * far * largest(hessian[system.diagonal] * u**2)

@@ -16,9 +16,6 @@ from symmotion.systems.certificate import Inspection
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.saddle import HessianTriangle
 
-# Directions from which on they are taken together.
-SEVERAL = 4
-
 
 class Response(Protocol):
     """The KKT matrix K = [[H, Jᵀ], [J, 0]] of a minimum with its active conditions, H of the Lagrangian, factorised.
@@ -106,38 +103,17 @@ class CondensedResponse:
         """(free, k) of the reduced Hessian."""
         if not rhs.size:
             return np.zeros_like(rhs)
-        if rhs.shape[1] < SEVERAL:
-            return la.lapack.dpbtrs(self.factor, rhs, lower=1)[0]
-        # LAPACK's takes one column after the other.
-        inverses, below = self._blocks
-        count, b = inverses.shape[:2]
-        found = np.zeros((count, b, rhs.shape[1]))
-        found.reshape(-1, rhs.shape[1])[: len(rhs)] = rhs
-        found[0] = inverses[0] @ found[0]
-        for i in range(1, count):
-            found[i] = inverses[i] @ (found[i] - below[i] @ found[i - 1])
-        found[-1] = inverses[-1].T @ found[-1]
-        for i in range(count - 2, -1, -1):
-            found[i] = inverses[i].T @ (found[i] - below[i + 1].T @ found[i + 1])
-        return found.reshape(-1, rhs.shape[1])[: len(rhs)]
+        half = la.lapack.dtbtrs(self.factor, rhs, uplo="L")[0]
+        return la.lapack.dtbtrs(self._upper, half, uplo="U")[0]
 
     @cached_property
-    def _blocks(self) -> tuple[np.ndarray, np.ndarray]:
-        """(B, b, b) each: the inverses of the factor's blocks on the diagonal, b being its band, and those below."""
+    def _upper(self) -> np.ndarray:
+        """(b, free) the factor's transpose as an upper band: column by column it takes half of a transposed solve."""
         b, n = self.factor.shape
-        count = -(-n // b)
-        # Entry (i, j) of the factor is at band i − j of column j; it is one on the diagonal behind the end.
-        bands = np.zeros((b, count * b))
-        bands[0], bands[:, :n] = 1.0, self.factor
-        column, row = np.arange(count * b).reshape(count, 1, b), np.arange(b)[:, None]
-        offset = row - np.arange(b)
-        there = bands[np.clip(offset, 0, None), column] * (offset >= 0)
-        beneath = bands[np.clip(offset + b, None, b - 1), column] * (offset < 0)
-        within = np.arange(count * b).reshape(count, b) < n
-        there = np.where(within[:, :, None], there, np.eye(b))
-        beneath = np.concatenate([np.zeros((1, b, b)), beneath[:-1]])
-        beneath = np.where(within[:, :, None], beneath, 0.0)
-        return np.linalg.inv(there), beneath
+        upper = np.zeros((b, n), order="F")
+        for k in range(b):
+            upper[b - 1 - k, k:] = self.factor[k, : n - k]
+        return upper
 
     def adjoint(self, gradient: np.ndarray) -> np.ndarray:
         """(free, k)."""

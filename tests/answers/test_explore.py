@@ -33,7 +33,7 @@ def test_a_lower_minimum_is_found_than_that_of_the_own_start():
     """5.7958 from the program's own start, 4.0052 is known."""
     program = problem(90).program
     own = sm.ExactNewton().solve(program).require()
-    found = sm.explore(program, budget=8)
+    found = sm.explore(program, budget=26)
     assert found.best.objective < 0.7 * own.objective
     assert any(s.objective == own.objective for s in found.minima)
 
@@ -47,7 +47,9 @@ def test_the_answer_is_the_same_whatever_the_workers():
             assert (there.counts, there.led, there.starts) == (here.counts, here.led, here.starts)
             for one, other in zip(here.minima, there.minima, strict=True):
                 np.testing.assert_array_equal(one.x, other.x)
-    assert [s.kind for s in here.starts[:5]] == ["own", "rigid", "winding", "winding", "staged"]
+    assert [s.kind for s in here.starts[:4]] == ["own", "rigid", "winding", "random"]
+    assert [s.kind for s in here.starts[4:8]] == [HOP] * 4
+    assert {"staged"} <= {s.kind for s in here.starts}
     assert {RANDOM, HOP} <= {s.kind for s in here.starts} and len(here.starts) == 18
 
 
