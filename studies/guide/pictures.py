@@ -1,4 +1,4 @@
-"""The pictures of the README: a body before and after, and `plot` of a motion, solution, comparison and fairing."""
+"""The pictures of the README and of what plots: a body that moves, before and after, and `plot` of each kind."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -11,11 +11,11 @@ import numpy as np
 import symmotion as sm
 from studies.solving.contest import tables
 from studies.solving.contest.attempts import SAME, Budget, Contest, Task, alike, contend, start_of
-from studies.solving.contest.profiles import figure
+from studies.solving.contest.profiles import colour_of, figure
 from studies.solving.hard_keyframes import KINDS, Problem, problem
 from studies.solving.solvers import LIMITS, contenders
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
-from symmotion.views import COLOURS, new_figure
+from symmotion.views import new_figure
 
 QUICK, FULL = 5, 300  # problems
 QUICK_UNKNOWNS, SMALL = 200, 110  # the most that a problem of the quick form of the study of minima has, and of this
@@ -145,8 +145,8 @@ def _shares(contest: Contest) -> Figure:
                 certified = 100 * sum(a.certified for a in mine) / len(mine)
                 best, low, high = tables.with_interval(sum(map(contest.reached, mine)), len(mine))
                 assert best is not None and low is not None and high is not None
-                axes.bar(place, certified, 0.95 * width, color=COLOURS[k], alpha=0.35)
-                axes.bar(place, best, 0.95 * width, color=COLOURS[k], label=method if i == 0 else None)
+                axes.bar(place, certified, 0.95 * width, color=colour_of(method), alpha=0.35)
+                axes.bar(place, best, 0.95 * width, color=colour_of(method), label=method if i == 0 else None)
                 axes.errorbar(place, best, [[best - low], [high - best]], color="#000000", linewidth=0.8)
         axes.set_xticks(range(len(KINDS)), [kind.replace(" ", "\n", 1) for kind in KINDS])
         axes.grid(False, axis="x")

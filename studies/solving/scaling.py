@@ -15,6 +15,7 @@ from studies.solving.scaling_tables import (
     long_table,
     methods_table,
     of_method,
+    repeated_table,
     slope,
     times_table,
     why_not,
@@ -62,6 +63,7 @@ def compare_scaling(extent: Extent, options: StudyOptions) -> StudyResult:
     tables = (
         methods_table(measured, methods),
         times_table(measured, methods),
+        repeated_table(measured),
         long_table(measured),
         division_table(division, limit),
         machine_table(machine, limit),

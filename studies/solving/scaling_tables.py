@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -121,6 +122,25 @@ def times_table(measured: Sequence[Measurement], methods: Sequence[Method]) -> T
     rows = tuple((size, *(at.get((m.name, size)) for m in methods)) for size in sizes)
     columns = (Column("keyframes"), *(Column(m.name, "s") for m in methods))
     return Table("build and solve", columns, rows, "Missing: stopped, not tried or not certified; the runs say which.")
+
+
+def repeated_table(measured: Sequence[Measurement]) -> Table:
+    """How far repetitions of the same solve are apart, where it is quick enough to be repeated."""
+    rows = [
+        (m.keyframes, m.method, len(m.repeated), 1e3 * median(m.repeated), 1e3 * min(m.repeated), 1e3 * max(m.repeated))
+        for m in sorted(measured, key=lambda m: m.keyframes)
+        if m.seconds and len(m.repeated) > 1
+    ]
+    columns = (
+        Column("keyframes"),
+        Column("method"),
+        Column("repetitions"),
+        Column("median", "ms"),
+        Column("least", "ms"),
+        Column("most", "ms"),
+    )
+    caption = "The median is the time that the other tables have; times that are not here are those of one solve."
+    return Table("repetitions", columns, tuple(rows), caption)
 
 
 def long_table(measured: Sequence[Measurement]) -> Table:

@@ -43,7 +43,8 @@ class Measurement:
 
     run: its row, with median times; first: seconds of the first solve in its process, caches empty;
     memory, before: megabytes of the process at most and after its imports, None where unknown;
-    stopped: why it was stopped, empty where it was not; unknowns: of its own formulation.
+    stopped: why it was stopped, empty where it was not; unknowns: of its own formulation; repeated: seconds of the
+    repetitions, of which `run` has the median.
     """
 
     method: str
@@ -54,6 +55,7 @@ class Measurement:
     before: float | None = None
     stopped: str = ""
     unknowns: int | None = None
+    repeated: tuple[float, ...] = ()
 
     @property
     def beyond(self) -> float | None:
@@ -236,7 +238,8 @@ def timed(method: str, solver: Any, keyframes: int) -> Measurement:
         attempts.append(solution.seconds)
     assert solution is not None
     row = replace(Run.of(case(keyframes), solution), method=method, log=(), seconds=_middle(attempts[1:] or attempts))
-    return Measurement(method, keyframes, row, attempts[0].total, memory, unknowns=unknowns)
+    repeated = tuple(s.total for s in attempts[1:])
+    return Measurement(method, keyframes, row, attempts[0].total, memory, unknowns=unknowns, repeated=repeated)
 
 
 def _again(attempts: list[Seconds]) -> bool:

@@ -6,7 +6,6 @@ import os
 import platform
 import shlex
 import shutil
-import stat
 import subprocess
 import warnings
 from collections.abc import Sequence
@@ -14,17 +13,19 @@ from functools import lru_cache
 from pathlib import Path
 
 import casadi as ca
+import numpy as np
 
 from symmotion.errors import plain
 from symmotion.forking import ForkedLock
-from symmotion.kernels import hessians, kernel, source
-from symmotion.whole import synced, workshop
+from symmotion.kernels import hessians, kernel, listing, source
+from symmotion.kernels.cache import CHECKSUM, Unusable, cache_directory, keep, opened, place
+from symmotion.kernels.listing import NODES, Listing, machine_source
 
 # No contraction to fused multiply-adds and no fast-math: the same bits as the interpreter's.
 FLAGS = ("-O2", "-std=gnu11", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", "-fPIC", "-shared")
 PATIENCE = 120  # seconds; the largest kernels take some
-LARGEST = 20_000  # instructions: compilers take more than proportionally long, minutes for 100,000
-CHECKSUM = 32  # bytes of SHA-256 behind the library
+LARGEST = 20_000  # instructions: compilers take more than proportionally long, minutes for 100,000; more are listed
+LISTED = ".list"  # what files of lists are called
 _BUILDING = ForkedLock()
 
 
@@ -47,17 +48,40 @@ class MachineFunction:
 
     def __call__(self, count: int, inputs: Sequence[int | None], outputs: Sequence[int]) -> None:
         """Evaluate `count` nodes; inputs, outputs: where their doubles begin, None for what is not read."""
-        pointers = ctypes.c_void_p * len(inputs), ctypes.c_void_p * len(outputs)
-        self._call(count, pointers[0](*inputs), pointers[1](*outputs))
+        self._call(count, _pointers(inputs), _pointers(outputs))
 
 
-def load(code: str, kind: str, channels: int, squares: bool, build: bool) -> MachineFunction | None:
+class ListedFunction:
+    """As `MachineFunction`, of a list of instructions and the library of the machine that carries it out."""
+
+    def __init__(self, path: str, listing: Listing):
+        self._listing, self._call = listing, ctypes.CDLL(path).run
+        self._call.argtypes = (ctypes.c_long, *[ctypes.c_void_p] * 2, ctypes.c_long, *[ctypes.c_void_p] * 5)
+        self._call.restype = None
+        self.inputs, self.outputs = (tuple(sizes.tolist()) for sizes in (listing.inputs, listing.outputs))
+        arrays = listing.code, listing.constants, listing.inputs, listing.outputs
+        self._addresses = [a.ctypes.data for a in arrays]
+
+    def __call__(self, count: int, inputs: Sequence[int | None], outputs: Sequence[int]) -> None:
+        registers = np.empty((int(self._listing.registers[0]), NODES))
+        addresses = *self._addresses, registers.ctypes.data
+        self._call(count, _pointers(inputs), _pointers(outputs), len(self._listing.code), *addresses)
+
+
+def _pointers(addresses: Sequence[int | None]) -> "ctypes.Array[ctypes.c_void_p]":
+    return (ctypes.c_void_p * len(addresses))(*addresses)
+
+
+Machine = MachineFunction | ListedFunction
+
+
+def load(code: str, kind: str, channels: int, squares: bool, build: bool) -> Machine | None:
     """The machine code of `kernel.derive(code, kind, channels, squares)`, or None where it has to be interpreted.
 
     build: whether to compile what the cache lacks. The cache, `$SYMMOTION_CACHE` or else
     `symmotion` in the user's cache directory, may be deleted at any time, and may be shared by
     processes. Only what is whole, and could be written by nobody else, is run: other files of that name are made
-    anew. `$CC` names a compiler. Functions of more than `LARGEST` instructions stay interpreted.
+    anew. `$CC` names a compiler. Functions of more than `LARGEST` instructions are listed, see `Listing`.
     Where a compiler is wanted and missing, or fails, a warning says so once.
     """
     key = code, kind, channels, squares
@@ -75,88 +99,69 @@ def load(code: str, kind: str, channels: int, squares: bool, build: bool) -> Mac
             return _built(*key)
 
 
-def cache_directory() -> Path:
-    """Where compiled kernels are kept."""
-    own = os.environ.get("SYMMOTION_CACHE")
-    try:
-        found = Path(own) if own else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "symmotion"
-    except RuntimeError as error:  # of users without an entry in the password file, as in containers
-        raise OSError("there is no home directory; name a cache in $SYMMOTION_CACHE") from error
-    # The linker would look for a bare name elsewhere.
-    return found.absolute()
-
-
 @lru_cache(maxsize=512)
-def _opened(code: str, kind: str, channels: int, squares: bool) -> MachineFunction:
+def _opened(code: str, kind: str, channels: int, squares: bool) -> Machine:
     """From the cache; OSError where it is not there, Unusable where it is no good. Errors are not remembered."""
-    return _linked(_path(code, kind, channels, squares))
+    path = _path(code, kind, channels, squares)
+    try:
+        return MachineFunction(_linked(path))
+    except FileNotFoundError:
+        descriptor = opened(path.with_suffix(LISTED))
+    with open(descriptor, "rb") as handle:
+        return ListedFunction(_machine(), Listing.from_bytes(handle.read()[:-CHECKSUM]))
 
 
 @lru_cache(maxsize=512)
-def _built(code: str, kind: str, channels: int, squares: bool) -> MachineFunction | None:
-    """Compiled now; a failure is remembered, so that it is neither tried nor said again."""
-    command = _compiler()
+def _built(code: str, kind: str, channels: int, squares: bool) -> Machine | None:
+    """Compiled or listed now; a failure is remembered, so that it is neither tried nor said again."""
     function = kernel.derive(code, kind, channels, squares)
-    text = source.c_source(function) if function.n_instructions() <= LARGEST else None
-    if text is None:
+    long = function.n_instructions() > LARGEST
+    found = Listing.of(function) if long else source.c_source(function)
+    if found is None:
         return None
-    if not command:
+    if not _compiler():
         return _stay_interpreted("no C compiler was found: install gcc or clang, or name one in $CC")
     try:
         path = _path(code, kind, channels, squares)
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _require_own(path.parent.stat())
-        with workshop(path.parent) as directory:
-            c, library = directory / "kernel.c", directory / "kernel.so"
-            c.write_text(text)
-            failure = _failure([*command, *FLAGS, str(c), "-o", str(library), "-lm"])
-            if failure:
-                return _stay_interpreted(f"{shlex.join(command)} failed: {failure}")
-            machine, part = library.read_bytes(), directory / "part"
-            # Whatever the umask: nobody else may write to it. Linkers do not look at what follows a library.
-            with open(os.open(part, os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o600), "wb") as handle:
-                handle.write(machine + hashlib.sha256(machine).digest())
-                synced(handle)
-            part.replace(path)
-        return _linked(path)
+        if isinstance(found, str):
+            _compile(found, path)
+            return MachineFunction(_linked(path))
+        try:
+            machine = _machine()
+        except OSError:
+            _compile(machine_source(), _machine_path())
+            machine = _machine()
+        keep(found.to_bytes(), path.with_suffix(LISTED))
+        return ListedFunction(machine, found)
+    except CompilerError as error:
+        return _stay_interpreted(str(error))
     except OSError as error:
         return _stay_interpreted(f"the cache cannot be used: {error}")
 
 
-class Unusable(OSError):
-    """A file of the cache that is not run: damaged, or not surely ours."""
+class CompilerError(Exception):
+    """What went wrong with the compiler, in a line."""
 
 
-def _linked(path: Path) -> MachineFunction:
-    """The machine code in a file of the cache that is whole and could be written by nobody else, see `load`."""
-    _require_own(path.parent.stat())
-    try:
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0))
-    except FileNotFoundError:
-        raise
-    except OSError as error:  # a link, say
-        raise Unusable(str(error)) from error
-    try:
-        _require_whole(descriptor)
-    except OSError as error:
-        os.close(descriptor)
-        raise Unusable(str(error)) from error
+def _compile(text: str, path: Path) -> None:
+    """Keep the library of a C text in the cache."""
+    with place(path) as directory:
+        c, library, command = directory / "kernel.c", directory / "kernel.so", _compiler()
+        c.write_text(text)
+        failure = _failure([*command, *FLAGS, str(c), "-o", str(library), "-lm"])
+        if failure:
+            raise CompilerError(f"{shlex.join(command)} failed: {failure}")
+        content = library.read_bytes()
+    keep(content, path)
+
+
+def _linked(path: Path) -> str:
+    """The name under which the linker finds a library of the cache that is whole and ours, see `load`."""
+    descriptor = opened(path)
     # What has been looked at is linked, whatever its name stands for by now. The descriptor stays open: linkers tell
     # libraries apart by their names, and the number must not come to stand for another.
-    opened = f"/proc/self/fd/{descriptor}"
-    return MachineFunction(opened if os.path.exists(opened) else str(path))
-
-
-def _require_whole(descriptor: int) -> None:
-    """Raise OSError unless an open file is ours alone, and holds a library and its checksum."""
-    status = os.fstat(descriptor)
-    _require_own(status)
-    if not stat.S_ISREG(status.st_mode):
-        raise OSError("this is no file")
-    with open(descriptor, "rb", closefd=False) as handle:
-        machine = handle.read()
-    if len(machine) <= CHECKSUM or hashlib.sha256(machine[:-CHECKSUM]).digest() != machine[-CHECKSUM:]:
-        raise OSError("the file is damaged")
+    name = f"/proc/self/fd/{descriptor}"
+    return name if os.path.exists(name) else str(path)
 
 
 def _failure(call: Sequence[str]) -> str:
@@ -178,8 +183,23 @@ def _failure(call: Sequence[str]) -> str:
 
 @lru_cache(maxsize=512)
 def _path(code: str, kind: str, channels: int, squares: bool) -> Path:
-    parts = (code, kind, str(channels), str(squares), *_toolchain())
-    return cache_directory() / (hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32] + ".so")
+    return cache_directory() / (_key(code, kind, str(channels), str(squares)) + ".so")
+
+
+def _key(*parts: str) -> str:
+    return hashlib.sha256("\0".join((*parts, *_toolchain())).encode()).hexdigest()[:32]
+
+
+@lru_cache(maxsize=1)
+def _machine() -> str:
+    """The name under which the linker finds the machine that carries out lists; OSError where it is not there."""
+    return _linked(_machine_path())
+
+
+@lru_cache(maxsize=1)
+def _machine_path() -> Path:
+    """Where the machine is that carries out lists."""
+    return cache_directory() / (_key(machine_source()) + ".so")
 
 
 @lru_cache(maxsize=1)
@@ -196,7 +216,7 @@ def _compiler() -> tuple[str, ...]:
 @lru_cache(maxsize=1)
 def _toolchain() -> tuple[str, ...]:
     """What machine code depends on beside the kernel: how C is made from it, compiler, flags and processor."""
-    makers = (Path(m.__file__ or "").read_text(encoding="utf-8") for m in (kernel, hessians, source))
+    makers = (Path(m.__file__ or "").read_text(encoding="utf-8") for m in (kernel, hessians, source, listing))
     compiler = [*_compiler(), *FLAGS]
     if _compiler():
         # Which compiler it is, without the milliseconds of asking it.
@@ -212,12 +232,6 @@ def _processor() -> str:
             return next((line for line in handle if line.startswith(("flags", "Features"))), "")
     except OSError:
         return platform.processor()
-
-
-def _require_own(status: os.stat_result) -> None:
-    """Raise OSError where others could have put code into a file or directory."""
-    if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
-        raise OSError("others may write there; choose another by $SYMMOTION_CACHE")
 
 
 def _stay_interpreted(reason: str) -> None:

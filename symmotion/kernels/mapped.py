@@ -9,16 +9,17 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from symmotion.kernels.compiled import LARGEST, MachineFunction, load
+from symmotion.kernels.compiled import LARGEST, Machine, load
 from symmotion.kernels.kernel import Kernel
 
 Kernels = Literal["auto", "compiled", "interpreted"]
 CHUNK = 131072  # numbers that a chunk reads and writes: 1 MB
 COMPILE_FROM = 20_000  # nodes of R from which a solve or two repay the compiler: study `kernels`
+LIST_FROM = 10_000_000  # instructions at all nodes from which a solve or two repay listing those of a long function
 THREADS_FROM = 16  # chunks from which a second thread pays
 
 
-def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> MachineFunction | ca.Function:
+def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> Machine | ca.Function:
     """One of the functions of `derive` for `count` nodes: compiled where that is wanted or free, else CasADi's.
 
     kernels: "compiled" compiles what the cache lacks, "interpreted" leaves the cache alone,
@@ -29,9 +30,15 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     """
     machine = None
     if kernels != "interpreted":
-        build = kernels == "compiled" or count >= COMPILE_FROM
+        build = kernels == "compiled" or count >= COMPILE_FROM or _repays(kernel, kind, count)
         machine = load(kernel.code, kind, kernel.channels, kernel.squares, build)
     return machine or kernel.function(kind)
+
+
+def _repays(kernel: Kernel, kind: str, count: int) -> bool:
+    """Whether listing the instructions is repaid at once."""
+    length = kernel.function(kind).n_instructions()
+    return length > LARGEST and count * length >= LIST_FROM
 
 
 def is_compilable(kernel: Kernel, kind: str) -> bool:
@@ -73,14 +80,14 @@ class Mapped:
     >>> mapped = sm.kernels.Mapped(function, 30)
     """
 
-    def __init__(self, function: MachineFunction | ca.Function, count: int, multiple: int = 1, threads: int = 1):
-        if isinstance(function, MachineFunction):
+    def __init__(self, function: Machine | ca.Function, count: int, multiple: int = 1, threads: int = 1):
+        if isinstance(function, Machine):
             inputs, outputs = function.inputs, function.outputs
         else:
             inputs = tuple(function.size1_in(i) for i in range(function.n_in()))
             outputs = tuple(function.size1_out(i) for i in range(function.n_out()))
         self.count, self.inputs, self.outputs = count, inputs, outputs
-        self.compiled = isinstance(function, MachineFunction)
+        self.compiled = isinstance(function, Machine)
         # Chunks of equal size: what the last one lacks would be interpreted in vain.
         elements = count // multiple
         rounds = max(1, round(count * sum(inputs + outputs) / CHUNK))
@@ -88,7 +95,7 @@ class Mapped:
         self._chunks = [slice(start, min(start + size, count)) for start in range(0, count, size)] if size else []
         threads = min(threads, max(1, 2 * len(self._chunks) // THREADS_FROM))
         self._workers = [
-            _Compiled(function, size) if isinstance(function, MachineFunction) else _Interpreted(function, size)
+            _Compiled(function, size) if isinstance(function, Machine) else _Interpreted(function, size)
             for _ in range(threads)
         ]
 
@@ -145,7 +152,7 @@ def _pool(threads: int, process: int) -> ThreadPoolExecutor:
 class _Compiled:
     """One thread's output arrays for machine code."""
 
-    def __init__(self, function: MachineFunction, chunk: int):
+    def __init__(self, function: Machine, chunk: int):
         self._function = function
         self._outputs = [np.empty((chunk, size)) for size in function.outputs]
         self._addresses = [array.ctypes.data for array in self._outputs]

@@ -21,7 +21,15 @@ from symmotion.program import Evaluator
 from symmotion.report import StudyOptions
 from symmotion.systems import Condensed
 
-REMEMBERED = (compiled._opened, compiled._built, compiled._path, compiled._compiler, compiled._toolchain)
+REMEMBERED = (
+    compiled._opened,
+    compiled._built,
+    compiled._path,
+    compiled._machine,
+    compiled._machine_path,
+    compiled._compiler,
+    compiled._toolchain,
+)
 
 needs_compiler = pytest.mark.skipif(not compiled._compiler(), reason="no C compiler on this machine")
 
@@ -57,7 +65,10 @@ def square() -> Kernel:
 
 
 @needs_compiler
-def test_every_operation_has_the_interpreters_bits(cache):
+@pytest.mark.parametrize("kind", [compiled.MachineFunction, compiled.ListedFunction])
+def test_every_operation_has_the_interpreters_bits(cache, monkeypatch, kind):
+    if kind is compiled.ListedFunction:
+        monkeypatch.setattr(compiled, "LARGEST", 0)
     kernel, count = every_operation(), 1013  # no multiple of any number of lanes
     function = kernel.function("out")
     used = {function.instruction_id(k) for k in range(function.n_instructions())}
@@ -65,7 +76,7 @@ def test_every_operation_has_the_interpreters_bits(cache):
     rng = np.random.default_rng(0)
     z, data = rng.uniform(0.01, 0.99, (count, 2)), rng.normal(size=(count, 1))
     machine = kernel_function(kernel, "out", count, "compiled")
-    assert isinstance(machine, compiled.MachineFunction)
+    assert isinstance(machine, kind)
     found = Mapped(machine, count)(z, data, None)
     wanted = Mapped(kernel.function("out"), count)(z, data, None)
     assert found.tobytes() == wanted.tobytes()
@@ -264,15 +275,41 @@ def test_what_cannot_be_built_is_interpreted(cache, monkeypatch, fault):
 
 
 @needs_compiler
-def test_what_takes_a_compiler_minutes_is_interpreted(cache, monkeypatch):
+def test_what_takes_a_compiler_minutes_is_listed(cache, monkeypatch):
     quaternions = sm.examples.random_keyframes(4, 60, seed=2).rotations().as_quat()[:, [3, 0, 1, 2]]
     program = sm.orientation_program(np.arange(4.0), quaternions, refine=0)
-    (term,) = program.terms
-    monkeypatch.setattr(subprocess, "run", None)
-    assert kernel_function(term.kernel, "hessian", 1, "compiled") is term.kernel.function("hessian")
-    # Where that is most of the work, a series of solves compiles nothing of its own accord.
+    kernel, nodes, rng = program.terms[0].kernel, 37, np.random.default_rng(4)
+    function = kernel.function("hessian")
+    assert function.n_instructions() > compiled.LARGEST
+    given = [rng.normal(size=(nodes, function.size1_in(i))) for i in range(function.n_in())]
+    expected = Mapped(function, nodes)(*given)
+    for build in ("compiled", "auto"):  # made, and found in the cache
+        machine = kernel_function(kernel, "hessian", nodes, build)
+        assert isinstance(machine, compiled.ListedFunction)
+        assert Mapped(machine, nodes)(*given).tobytes() == expected.tobytes()
+        for remembered in REMEMBERED:
+            remembered.cache_clear()
+        monkeypatch.setattr(subprocess, "run", None)
+    # A few nodes do not repay a list of their own accord, in a series of solves neither.
+    monkeypatch.setenv("SYMMOTION_CACHE", str(cache.parent / "empty"))
+    for remembered in REMEMBERED:
+        remembered.cache_clear()
     first = sm.ExactNewton().solve(program).require()
     assert sm.ExactNewton().solve(program, start=first).require().iterations == 0
+
+
+@needs_compiler
+def test_a_damaged_list_is_made_again(cache, monkeypatch):
+    monkeypatch.setattr(compiled, "LARGEST", 0)
+    kernel = square()
+    assert isinstance(kernel_function(kernel, "out", 1, "compiled"), compiled.ListedFunction)
+    (path,) = cache.glob("*.list")
+    whole = path.read_bytes()
+    path.write_bytes(flipped(whole))
+    for function in REMEMBERED:
+        function.cache_clear()
+    assert isinstance(kernel_function(kernel, "out", 1, "auto"), compiled.ListedFunction)
+    assert path.read_bytes() == whole
 
 
 @needs_compiler

@@ -17,7 +17,17 @@ import symmotion as sm
 from symmotion.bodies import eight_ellipses, jug, letter_k, wedge
 from symmotion.bodies.places import placed
 from symmotion.motions.nets import smooth_net
-from symmotion.report import Column, Run, StudyRecord, StudyResult, Table, Travelling, player, write_report
+from symmotion.report import (
+    Column,
+    Run,
+    StudyRecord,
+    StudyResult,
+    Table,
+    Travelling,
+    player,
+    player_elements,
+    write_report,
+)
 from symmotion.report.comparison import compared, comparison_result
 
 EVIL = "</script><script>window.hacked = 1</script><!--<script><img src=x onerror='window.hacked = 1'>"
@@ -230,6 +240,17 @@ def test_a_report_without_players_has_no_script(tmp_path):
 def compared_result(keys):
     objectives = [sm.Rigidity()]
     return comparison_result(keys, objectives, compared(keys, objectives, 3, 1, [sm.ExactNewton()]))
+
+
+def test_the_page_of_a_comparison_of_thousands_of_poses_stays_small(tmp_path):
+    keys = sm.examples.recorded_tour(3000)
+    objective = sm.Rigidity(2) + 1e-3 * sm.TrajectoryEnergy(np.eye(3))
+    result = comparison_result(keys, [objective], compared(keys, [objective], 3, 1, [sm.ExactNewton()]))
+    page = write_report([StudyRecord("compare", "?", "", 1.0, result)], tmp_path)
+    assert page.stat().st_size < 1e6  # two objectives and three solvers, too, below 2 MB
+    player, figures = result.players[0], result.figures
+    assert len(player.keyframes) < 100 and len(figures) == 2
+    assert sum(len(f.svg) for f in figures) < 2e5
 
 
 def test_a_comparison_plays_before_and_after():
@@ -560,3 +581,24 @@ def test_the_numbers_on_the_page_are_those_of_the_json(browser, path):
         values += [run["unknowns"], run["multipliers"]]
         for text, value, key in zip(texts, values, [*shown] + [""] * 5, strict=True):
             agree(text, value, digits.get(key, 3))
+
+
+def test_players_move_on_a_page_of_ones_own(browser, tmp_path):
+    figures, rest = player_elements([in_the_plane(), in_space()])
+    page_file = tmp_path / "own.html"
+    page_file.write_text(
+        "<!doctype html><meta charset=utf-8><title>own</title>" + "".join(figures) + rest, encoding="utf-8"
+    )
+    with opened(browser, page_file) as page:
+        assert page.locator("figure.player.moving").count() == 2
+        first = page.locator("figure.player").first
+        first.locator(".play").click()
+        page.wait_for_function("document.querySelector('figure.player').dataset.time > 0")
+        first.locator(".play").click()
+        before = first.locator("canvas").screenshot()
+        page.evaluate("document.body.style.background = '#222'; document.body.dataset.theme = 'dark'")
+        page.wait_for_function("window.drawn > 0")
+        page.wait_for_timeout(100)
+        assert first.locator("canvas").screenshot() != before
+    with pytest.raises(sm.InputError, match="players of the same name: plane"):
+        player_elements([in_the_plane(), in_the_plane()])

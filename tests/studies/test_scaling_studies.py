@@ -3,6 +3,7 @@
 import os
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -14,7 +15,7 @@ from studies.solving import interactive, scaling
 from studies.solving.scaling_alternatives import Answer, OptiIpopt, Sqpmethod, Tables, TrustConstr, expressions, judge
 from studies.solving.scaling_fatrop import Fatrop
 from studies.solving.scaling_limit import ONCE, PHASES, REST, Rates, Work, divide, operations, prepared, spent, work
-from studies.solving.scaling_tables import METHODS, OURS, slope
+from studies.solving.scaling_tables import METHODS, OURS, repeated_table, slope
 from studies.solving.scaling_worker import BRIEF, Budget, Measurement, Nursery, measure, timed
 from symmotion.program import Evaluator
 from symmotion.report import Run, StudyOptions
@@ -137,6 +138,12 @@ def test_a_measurement_in_a_process_of_its_own():
     assert found.first > found.seconds if found.first < BRIEF else found.first == found.seconds
     assert found.beyond is not None
     assert found.beyond > 0
+    rows: Any = repeated_table([again, found]).rows
+    for m in (again, found):
+        if len(m.repeated) > 1:
+            assert (4, "newton", len(m.repeated)) in [row[:3] for row in rows]
+            assert 1e3 * min(m.repeated) <= 1e3 * (m.seconds or 0.0) <= 1e3 * max(m.repeated)
+    assert all(row[4] <= row[3] <= row[5] for row in rows)
 
 
 def _measured(keyframes, seconds, memory=None):

@@ -33,6 +33,8 @@ SETTINGS = {
     "html_css_files": ["guide.css"],
     "html_copy_source": False,
     "html_show_sphinx": False,
+    # Summaries would be fetched, which browsers refuse of pages that are files.
+    "html_show_search_summary": False,
     "html_theme_options": {"navigation_with_keys": True},
     "pygments_style": "tango",
     "pygments_dark_style": "monokai",

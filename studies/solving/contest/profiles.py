@@ -6,7 +6,7 @@ import numpy as np
 
 from studies.solving.contest.attempts import Attempt, Contest
 from symmotion.report import Figure, to_figure
-from symmotion.views import COLOURS, new_figure
+from symmotion.views import COLOURS, method_style, new_figure
 
 STYLES = ("-", "--", "-.", ":")
 # What an attempt costs.
@@ -44,6 +44,11 @@ def share_within(values: np.ndarray, limits: np.ndarray) -> np.ndarray:
     return np.mean(values[None, :] <= limits[:, None], axis=1)
 
 
+def colour_of(method: str) -> str:
+    """The colour of a solver in all figures, and another one of its single descents."""
+    return COLOURS[3] if "," in method else method_style(method)[0]
+
+
 def figure(contest: Contest, name: str, caption: str, methods: Sequence[str] | None = None) -> Figure:
     """Four panels: the ratio to the fastest, and the cost itself, by time and by evaluations."""
     methods = contest.methods if methods is None else methods
@@ -59,8 +64,8 @@ def figure(contest: Contest, name: str, caption: str, methods: Sequence[str] | N
                 limits = np.geomspace(max(finite.min(initial=1.0), 1e-3), max(finite.max(initial=2.0), 2.0), 200)
                 for k, method in enumerate(methods):
                     shares = 100 * share_within(values[:, k], limits)
-                    style = STYLES[k // len(COLOURS) % len(STYLES)]
-                    axes.step(limits, shares, style, where="post", color=COLOURS[k % len(COLOURS)], label=method)
+                    style = STYLES[k % len(STYLES)]
+                    axes.step(limits, shares, style, where="post", color=colour_of(method), label=method)
                 axes.set_xscale("log")
                 axes.set_ylim(0, 102)
                 axes.set_xlabel(f"{label.split(' [')[0]}, {what}" if what else label)
