@@ -1,0 +1,73 @@
+"""The build of the guide, of one small page: what it shows, and that a warning is an error."""
+
+import re
+
+import pytest
+
+from studies.guide.__main__ import main
+from studies.guide.building import gallery, pages, reference
+
+PAGE = """# Symmotion
+
+$x^2$, and `sm.InputError`.
+
+```{formula} symmotion/version.py
+:code: __version__ =
+:of: symmotion.InputError
+v = 0.2
+```
+
+```python : A straight way.
+import symmotion as sm
+print(6 * 7)
+keys = sm.Keyframes([0.0, 1.0], [[[1.0, 0.0], [0.0, 1.0]]] * 2, [[0.0, 0.0], [2.0, 1.0]])
+sm.interpolants.component_cubic(keys).plot(keyframes=keys)
+```
+
+```python
+sm.report.player("moving", {"spline": sm.interpolants.component_cubic(keys)}, None, "A letter.", keys)
+```
+"""
+ENTRY = "Top\n===\n\n.. autoclass:: symmotion.InputError\n"
+
+
+@pytest.fixture
+def written(monkeypatch, tmp_path):
+    """Builds a site of one page, and returns the exit status and the page."""
+    pytest.importorskip("sphinx")
+    monkeypatch.setattr(pages, "sources", lambda: ["index"])
+    monkeypatch.setattr(reference, "pages", lambda: {"top": ENTRY})
+    monkeypatch.setattr(gallery, "pages", lambda progress: {})
+
+    def build(text: str):
+        monkeypatch.setattr(pages, "source", lambda name: text)
+        status = main(["-o", str(tmp_path / "site"), "--quiet"])
+        made = tmp_path / "site" / "index.html"
+        return status, made.read_text(encoding="utf-8") if made.is_file() else ""
+
+    return build
+
+
+def test_a_page_shows_what_its_code_does_and_fetches_nothing(written, tmp_path, capsys):
+    status, page = written(PAGE + "\n```{toctree}\n:hidden:\n\ntop\n```\n")
+    assert status == 0, capsys.readouterr().err
+    assert "<math" in page and re.search(r'class="output.*?>42', page, re.DOTALL)
+    assert page.count('<figure class="player"') == 1 and "<figcaption>A straight way.</figcaption>" in page
+    assert "0.2.0" in page and 'href="top.html#symmotion.InputError"' in page
+    assert (tmp_path / "site" / "searchindex.js").is_file()
+    fetched = re.findall(r'<(?:link|script|img|iframe)[^>]*(?:src|href)="(https?:[^"]*)"', page)
+    assert fetched == []
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("# A\n\n[there](nowhere.md)\n", "nowhere"),
+        ("# A\n\n`sm.nothing`\n", "`sm.nothing` is not in the reference"),
+        ("# A\n\n```python\n1 / 0\n```\n", "ZeroDivisionError"),
+        ("# A\n\n$\\nothing$\n", "nothing"),
+    ],
+)
+def test_what_is_wrong_on_a_page_fails_the_build(written, capsys, text, told):
+    assert written(text)[0] == 1
+    assert told in capsys.readouterr().err
