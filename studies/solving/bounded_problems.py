@@ -118,7 +118,7 @@ def _fit(rng: np.random.Generator, count: int, share: float, measured: Measured)
     )
 
 
-def _turns(rng: np.random.Generator, count: int) -> tuple[np.ndarray, Rotation]:
+def drawn_turns(rng: np.random.Generator, count: int) -> tuple[np.ndarray, Rotation]:
     axes = rng.normal(size=(count, 3))
     angles = np.deg2rad(rng.uniform(20, 90, count))
     steps = Rotation.from_rotvec(angles[:, None] * axes / np.linalg.norm(axes, axis=1, keepdims=True))
@@ -129,7 +129,7 @@ def _turns(rng: np.random.Generator, count: int) -> tuple[np.ndarray, Rotation]:
 
 
 def _rate(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
-    times, turns = _turns(rng, count)
+    times, turns = drawn_turns(rng, count)
 
     def reached() -> float:
         free = sm.ExactNewton().solve(sm.orientation_program(times, turns, refine=2))
@@ -141,7 +141,7 @@ def _rate(rng: np.random.Generator, count: int, share: float, measured: Measured
 
 
 def _torque(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
-    times, turns = _turns(rng, count)
+    times, turns = drawn_turns(rng, count)
     inertia = (1.0, 2.0, 2.5)
     objective = sm.Torque(inertia)
     return _limited(
@@ -154,7 +154,7 @@ def _torque(rng: np.random.Generator, count: int, share: float, measured: Measur
 
 
 def _pose(rng: np.random.Generator, count: int, share: float, measured: Measured) -> sm.program.Program:
-    times, turns = _turns(rng, count)
+    times, turns = drawn_turns(rng, count)
     places = np.cumsum(rng.normal(size=(count, 3)), axis=0)
     return _limited(
         lambda c: sm.pose_program(times, turns, places, refine=2, constraints=c),

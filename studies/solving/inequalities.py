@@ -11,53 +11,26 @@ import numpy as np
 import symmotion as sm
 from studies.shares import share
 from studies.solving.bounded_problems import KINDS, POINTS, problem
+from studies.solving.bounded_speed import (
+    METHODS,
+    OBJECTIVE,
+    SAME,
+    Pair,
+    certified,
+    fixed,
+    slow_at,
+    solvers,
+    speeds,
+    turning,
+)
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
 from symmotion.views import COLOURS, new_figure
 
-SAME = 1e-6  # relative difference up to which two values are the same minimum
 QUICK, FULL = 11, 330  # problems, of all kinds alike
 SIZES, LONG = (20, 100), (20, 100, 400, 1000)  # keyframes of the comparison of speeds
-DENSE = 8  # times in every segment at which those programs hold their bound
+TURNS, MANY_TURNS = (20,), (20, 100)  # orientations
 EDITS, MANY = 12, 200  # neighbouring programs that are solved from a solution
 SAMPLED = (5, 10, 20)  # times in every span
-PATIENCE = 30.0  # seconds for a solve
-OBJECTIVE = sm.Rigidity() + 1e-2 * sm.TrajectoryEnergy(POINTS)
-METHODS = ("newton", "ipopt")
-
-
-def solvers(kernels: sm.kernels.Kernels = "auto") -> tuple[sm.ExactNewton, sm.Ipopt]:
-    """The two that take bounds, with the same kernels and the same time."""
-    return sm.ExactNewton(kernels=kernels, time_limit=PATIENCE), sm.Ipopt(kernels=kernels, time_limit=PATIENCE)
-
-
-@dataclass(frozen=True, eq=False)
-class Pair:
-    """Both solvers on one problem from its own start, and the CPU seconds of each."""
-
-    name: str
-    kind: str
-    solutions: tuple[sm.Solution, sm.Solution]
-    seconds: tuple[float, float]
-
-    @staticmethod
-    def of(name: str, kind: str, program: sm.program.Program, kernels: sm.kernels.Kernels = "auto") -> "Pair":
-        found, seconds = [], []
-        for solver in solvers(kernels):
-            began = process_time()
-            found.append(solver.solve(program))
-            seconds.append(process_time() - began)
-        return Pair(name, kind, (found[0], found[1]), (seconds[0], seconds[1]))
-
-    @property
-    def best(self) -> float:
-        """The least certified objective, infinite where neither has one."""
-        return min((s.objective for s in self.solutions if certified(s)), default=np.inf)
-
-
-def certified(solution: sm.Solution) -> bool:
-    """Solved, by its certificate, and nowhere beyond its bounds by more than 1e-6 of them."""
-    worst = max((e.value for e in solution.certificate.excess.values()), default=0.0)
-    return solution.status == "solved" and worst <= SAME
 
 
 def run(options: StudyOptions) -> StudyResult:
@@ -69,14 +42,18 @@ def run(options: StudyOptions) -> StudyResult:
     sped = []
     for count in LONG if options.full else SIZES:
         options.progress(f"a speed bound on {count} keyframes")
-        sped.append((count, Pair.of(f"{count} keyframes", "speed", fixed(count), "compiled")))
+        sped.append(Pair.warm(str(count), "speed", fixed(count)))
+    for count in MANY_TURNS if options.full else TURNS:
+        for kind in ("rate", "torque"):
+            options.progress(f"a {kind} bound on {count} orientations")
+            sped.append(Pair.warm(str(count), kind, turning(count, kind == "torque")))
     options.progress("neighbouring programs")
     edits = edited(MANY if options.full else EDITS)
     options.progress("between the samples")
     sampled = between_samples()
     runs = [replace(Run.of(p.name, s), log=()) for p in pairs for s in p.solutions]
-    runs += [Run.of(f"speed bound, {p.name}", s) for _, p in sped for s in p.solutions]
-    tables = (_by_kind(pairs), _speeds(sped), _edits(edits), _between(sampled), _prices(sampled[-1].solution))
+    runs += [Run.of(f"{p.kind} bound, {p.name} keyframes", s) for p in sped for s in p.solutions]
+    tables = (_by_kind(pairs), speeds(sped), _edits(edits), _between(sampled), _prices(sampled[-1].solution))
     figures, told = (_speed_figure(sampled), _floor_figure()), _told(pairs, sped, edits, sampled)
     good = [share(sum(certified(p.solutions[k]) for p in pairs), len(pairs)) for k in range(len(METHODS))]
     held, everywhere = (100 * s.excess.value for s in (sampled[1], sampled[-1]))
@@ -85,31 +62,6 @@ def run(options: StudyOptions) -> StudyResult:
         f"held at samples is exceeded between them by {held:.2g} %, held everywhere by {everywhere:.1g} %."
     )
     return StudyResult(tables, figures, tuple(runs), *told, answer=answer)
-
-
-def fixed(count: int) -> sm.program.Program:
-    """Keyframes turned by up to 40° whose body points may move at 0.97 of the speed they have without a bound.
-
-    Held at the same eight times in every segment.
-    """
-    keys = sm.examples.random_keyframes(count, 40, 0)
-    motion = sm.ExactNewton(kernels="compiled").solve(sm.affine_program(keys, objective=OBJECTIVE)).motion
-    share = np.arange(DENSE + 1)[:-1] / DENSE
-    times = np.append((keys.times[:-1, None] + np.diff(keys.times)[:, None] * share).ravel(), keys.times[-1])
-    limit = 0.97 * float(np.linalg.norm(motion.trajectory(POINTS, times, 1), axis=-1).max())
-    return sm.affine_program(keys, objective=OBJECTIVE, constraints=[slow_at(times, limit)])
-
-
-def slow_at(times: np.ndarray, limit: float) -> sm.JetConstraint:
-    """The speed bound of the body points at given times only."""
-    return sm.JetConstraint(
-        lambda jet: ca.vertcat(*(ca.sumsqr(jet.velocity(p)) for p in POINTS)),
-        lower=-np.inf,
-        upper=limit**2,
-        at=times,
-        power=2,
-        name="speed",
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,33 +186,6 @@ def _by_kind(pairs: Sequence[Pair]) -> Table:
     return Table("problems", columns, tuple(rows), caption)
 
 
-def _speeds(sped: Sequence[tuple[int, Pair]]) -> Table:
-    rows = []
-    for count, pair in sped:
-        newton, ipopt = pair.solutions
-        pressing = int((np.abs(newton.multipliers["speed"]) > 1e-7).sum())
-        apart = abs(newton.objective - ipopt.objective) / abs(ipopt.objective)
-        ratio = pair.seconds[1] / pair.seconds[0]
-        counts = newton.iterations, ipopt.iterations
-        rows.append((count, newton.program.conditions, pressing, *counts, *pair.seconds, ratio, apart))
-    columns = (
-        Column("keyframes"),
-        Column("conditions"),
-        Column("bounds that press"),
-        Column("newton, iterations"),
-        Column("ipopt, iterations"),
-        Column("newton, CPU", "s"),
-        Column("ipopt, CPU", "s"),
-        Column("ipopt / newton"),
-        Column("difference of objectives, relative"),
-    )
-    caption = (
-        "One cold solve each of the same program, a speed bound on four body points at the same eight times in every "
-        "segment, compiled kernels for both, deriving and compiling them included where it is the first time."
-    )
-    return Table("speed", columns, tuple(rows), caption)
-
-
 def _edits(edits: Edits) -> Table:
     rows = []
     for name, values in (
@@ -364,7 +289,7 @@ def _floor_figure() -> Figure:
 
 
 def _told(
-    pairs: Sequence[Pair], sped: Sequence[tuple[int, Pair]], edits: Edits, sampled: Sequence[Held]
+    pairs: Sequence[Pair], sped: Sequence[Pair], edits: Edits, sampled: Sequence[Held]
 ) -> tuple[str, tuple[str, ...]]:
     """The conclusion, and notes about this run."""
     counts = []
@@ -372,12 +297,17 @@ def _told(
         good = sum(certified(p.solutions[k]) for p in pairs)
         counts.append(f"{method} certifies {share(good, len(pairs))}")
     named = sum(p.solutions[0].status == "infeasible" for p in pairs)
-    ratios = ", ".join(f"{p.seconds[1] / p.seconds[0]:.1f} at {count}" for count, p in sped)
+    ratios = {
+        kind: ", ".join(f"{p.seconds[1] / p.seconds[0]:.1f} at {p.name}" for p in sped if p.kind == kind)
+        for kind in ("speed", "rate", "torque")
+    }
     first, last = sampled[1], sampled[-1]
     text = (
         f"From one start each, with 95 % intervals, {'; '.join(counts)}; of {named} the exact Newton method says which "
-        f"conditions cannot hold together. With the same compiled kernels IPOPT takes {ratios} keyframes times its CPU "
-        f"time.\n\nFrom the solution a neighbouring program takes {np.median(edits.warm):g} iterations in the median, "
+        "conditions cannot hold together. With the same compiled kernels IPOPT takes "
+        f"{ratios['speed']} keyframes times its CPU time where a speed is bounded, {ratios['rate']} where a rate, "
+        f"{ratios['torque']} where a torque.\n\n"
+        f"From the solution a neighbouring program takes {np.median(edits.warm):g} iterations in the median, "
         f"{np.median(edits.cold):g} from its own start, IPOPT from its solution {np.median(edits.ipopt):g}.\n\n"
         f"A speed bound held {first.where} is exceeded between them by {100 * first.excess.value:.2g} %; held "
         f"everywhere by {100 * last.excess.value:.1g} %, at {last.times} times, after {last.rounds} solves."
