@@ -5,13 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from symmotion.program import Evaluator, Program
 from symmotion.program.everywhere import Everywhere
 from symmotion.program.program import Structure
 from symmotion.solvers.contacts import APART, FIRST, SECOND, Contacts, sides_of, span_lengths, stopped, together
-from symmotion.systems import HessianTriangle, largest, reach
+from symmotion.systems import HessianTriangle, largest, reach, solved
 
 # The share of the largest multiplier below which a bound does not press.
 IDLE = 1e-7
@@ -150,7 +149,7 @@ class Reduced:
         residual = np.concatenate([gradient + rows.T @ loads, off, local.rate[free]])
         scaled = sparse.csc_array(sparse.diags_array(left) @ matrix @ sparse.diags_array(scale))
         try:
-            step = scale * splu(scaled).solve(-left * residual)
+            step = scale * solved(scaled, -left * residual)
         except RuntimeError:
             return None
         if not np.isfinite(step).all():

@@ -6,7 +6,7 @@ from symmotion.systems.conflicts import conflict, conflicting
 from symmotion.systems.curvature import Curvature
 from symmotion.systems.response import AnyReading, Response, response_of
 from symmotion.systems.saddle import HessianTriangle, Saddle, kkt_pattern
-from symmotion.systems.system import AnyFactor, AnySystem, System, largest, reach, shifted, tenfold
+from symmotion.systems.system import AnyFactor, AnySystem, System, largest, reach, shifted, solved, tenfold
 
 __all__ = [
     "AnyFactor",
@@ -28,6 +28,7 @@ __all__ = [
     "reach",
     "response_of",
     "shifted",
+    "solved",
     "system_of",
     "tenfold",
 ]

@@ -28,7 +28,7 @@ from symmotion.systems.curvature import (
     first_failing_pivot,
     scaling,
 )
-from symmotion.systems.system import largest, reach
+from symmotion.systems.system import largest, reach, solved
 
 # The factorisation does not pivot: a zero in the lower block would stop it, and one that is next to zero costs the
 # digits of all that is small beside stiff bounds. Refinement removes its effect.
@@ -260,7 +260,7 @@ class Saddle:
         """(unknowns,) the Newton step along the conditions by a factorisation with pivots, whatever the inertia."""
         scale = self._scale(flat)
         scaled = sparse.csc_array(self.matrix(flat).multiply(scale).multiply(scale[:, None]))
-        return (scale * splu(scaled).solve(scale * np.concatenate([-gradient, np.zeros(self.m)])))[: self.n]
+        return (scale * solved(scaled, scale * np.concatenate([-gradient, np.zeros(self.m)])))[: self.n]
 
     @property
     def independent(self) -> bool:
