@@ -142,7 +142,7 @@ def test_ctrl_c_ends_a_solve_wherever_it_is(solver):
     keys = sm.examples.random_keyframes(4 if plain else 20, 120, 1)
     program = sm.affine_program(keys, objective=energy, refine=3)
     endless = replace(solver, max_iterations=10**6, tolerance=1e-300)
-    random, handler = np.random.default_rng(1), signal.getsignal(signal.SIGINT)
+    random, handler, timers = np.random.default_rng(1), signal.getsignal(signal.SIGINT), []
     for _ in range(3 if plain else 30):
         sent = threading.Event()
 
@@ -151,6 +151,7 @@ def test_ctrl_c_ends_a_solve_wherever_it_is(solver):
             os.kill(os.getpid(), signal.SIGINT)
 
         timer = threading.Timer(random.uniform(0.0, 0.1), interrupt)
+        timers.append(timer)  # collected during a solve, it would run weak references' callbacks, which swallow errors
         with pytest.raises(KeyboardInterrupt):
             timer.start()
             while True:
