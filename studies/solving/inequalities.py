@@ -28,7 +28,7 @@ from symmotion.views import COLOURS, new_figure
 
 QUICK, FULL = 11, 330  # problems, of all kinds alike
 SIZES, LONG = (20, 100), (20, 100, 400, 1000)  # keyframes of the comparison of speeds
-TURNS, MANY_TURNS = (20,), (20, 100)  # orientations
+TURNS = (20, 100)  # orientations of the long form
 EDITS, MANY = 12, 200  # neighbouring programs that are solved from a solution
 SAMPLED = (5, 10, 20)  # times in every span
 
@@ -43,7 +43,7 @@ def run(options: StudyOptions) -> StudyResult:
     for count in LONG if options.full else SIZES:
         options.progress(f"a speed bound on {count} keyframes")
         sped.append(Pair.warm(str(count), "speed", fixed(count)))
-    for count in MANY_TURNS if options.full else TURNS:
+    for count in TURNS if options.full else ():
         for kind in ("rate", "torque"):
             options.progress(f"a {kind} bound on {count} orientations")
             sped.append(Pair.warm(str(count), kind, turning(count, kind == "torque")))
@@ -305,8 +305,8 @@ def _told(
     text = (
         f"From one start each, with 95 % intervals, {'; '.join(counts)}; of {named} the exact Newton method says which "
         "conditions cannot hold together. With the same compiled kernels IPOPT takes "
-        f"{ratios['speed']} keyframes times its CPU time where a speed is bounded, {ratios['rate']} where a rate, "
-        f"{ratios['torque']} where a torque.\n\n"
+        f"{ratios.pop('speed')} keyframes times its CPU time where a speed is bounded"
+        f"{''.join(f', {told} where a {kind}' for kind, told in ratios.items() if told)}.\n\n"
         f"From the solution a neighbouring program takes {np.median(edits.warm):g} iterations in the median, "
         f"{np.median(edits.cold):g} from its own start, IPOPT from its solution {np.median(edits.ipopt):g}.\n\n"
         f"A speed bound held {first.where} is exceeded between them by {100 * first.excess.value:.2g} %; held "
