@@ -15,8 +15,11 @@ from symmotion.systems import AnyFactor, AnySystem, largest, shifted, tenfold
 RIDGE, MOST_SHIFT = 1e-8, 1e6
 # The distance from a bound that slacks have at first, relative to the bound or to what is between two.
 INSIDE = 1e-2
-# How hard the barrier pulls at first, relative to the objective.
-PULL = 10.0
+# By how much bounds are wider, relative to them or to one in own units, where the barrier is: those without an inside,
+# such as what equalities say again, have one there. What presses is held at the bounds themselves in the end.
+WIDER = 1e-9
+# How hard the barrier pulls at first, relative to the objective, and pulls along the equalities that are rounding.
+PULL, ROUNDING = 10.0, 1e-9
 # The share of the way to a bound that a step goes at most.
 BOUNDARY = 0.995
 # Multipliers are kept within this factor of μ / distance.
@@ -68,10 +71,10 @@ class Slacks:
         """With slacks that are larger by a change (bounds,)."""
         return replace(self, above=self.above + change, below=self.below - change)
 
-    def missed(self, values: np.ndarray, frame: Frame) -> np.ndarray:
-        """(bounds,) by how much values exceed the slacks."""
+    def missed(self, values: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+        """(bounds,) by how much values exceed the slacks; lower, upper: the bounds that distances are from."""
         low = np.isfinite(self.above)
-        return values - np.where(low, frame.lower, frame.upper) - np.where(low, self.above, -self.below)
+        return values - np.where(low, lower, upper) - np.where(low, self.above, -self.below)
 
     @property
     def barrier(self) -> float:
@@ -119,6 +122,11 @@ class Interior:
         self._enough = Enough(tolerance, frame.evaluator)
         self._objective, self._violation = self.evaluator.objective(x), self.evaluator.violation(x)
         self._values = frame.values(x)
+        wider = min(WIDER, 0.1 * tolerance)
+        self._bounds = tuple(
+            b + side * wider * np.maximum(1.0, np.abs(np.where(np.isfinite(b), b, 0.0)))
+            for b, side in ((frame.lower, -1), (frame.upper, 1))
+        )
         self._slacks = self._first()
         self._mu, self._penalty = self._slacks.gap / self._slacks.sides, 0.0
         self.equalities = frame.equalities(x, self._slacks.multipliers)
@@ -151,29 +159,31 @@ class Interior:
 
     def _first(self) -> Slacks:
         """Slacks inside their bounds, and multipliers of a barrier that pulls like the objective."""
-        frame, x = self.frame, self.x
-        width = frame.upper - frame.lower
+        frame, x, (lower, upper) = self.frame, self.x, self._bounds
+        width = upper - lower
         margins = [
             np.minimum(INSIDE * np.maximum(1.0, np.abs(np.where(np.isfinite(b), b, 0.0))), 0.5 * width)
-            for b in (frame.lower, frame.upper)
+            for b in (lower, upper)
         ]
-        s = np.clip(self._values, frame.lower + margins[0], frame.upper - margins[1])
-        slacks = Slacks(s - frame.lower, frame.upper - s, np.zeros_like(s), np.zeros_like(s))
+        s = np.clip(self._values, lower + margins[0], upper - margins[1])
+        slacks = Slacks(s - lower, upper - s, np.zeros_like(s), np.zeros_like(s))
         barrier, descent = 1 / slacks.below - 1 / slacks.above, self.evaluator.gradient(x)
-        force, gradient = (float(np.linalg.norm(self.system.reduced(g))) for g in (frame.pull(x, barrier), descent))
-        # In the unit of the objective where the barrier does not pull, in the middle between bounds say.
+        pull = frame.pull(x, barrier)
+        force, gradient = (float(np.linalg.norm(self.system.reduced(g))) for g in (pull, descent))
+        # In the unit of the objective where the barrier does not pull but by rounding: in the middle between bounds,
+        # or against equalities.
         own = largest(frame.unit * descent) or abs(self._objective) or 1.0
-        mu = PULL * gradient / force if gradient and force else own
+        mu = PULL * gradient / force if gradient and force > ROUNDING * float(np.linalg.norm(pull)) else own
         return replace(slacks, down=mu / slacks.above, up=mu / slacks.below)
 
     @property
     def _off(self) -> np.ndarray:
         """(bounds,) by how much the values exceed the slacks."""
-        return self._slacks.missed(self._values, self.frame)
+        return self._slacks.missed(self._values, *self._bounds)
 
     def _missed(self, slacks: Slacks) -> float:
         """‖(c_E, c − s)‖₁."""
-        return float(np.abs(slacks.missed(self._values, self.frame)).sum() + np.abs(self._violation).sum())
+        return float(np.abs(slacks.missed(self._values, *self._bounds)).sum() + np.abs(self._violation).sum())
 
     def look(self, theta: float) -> Point:
         self.system = self.frame.system(self.x)
@@ -317,7 +327,7 @@ class Interior:
                 return x, moved, length
             if length == longest and np.isfinite(self._objective):
                 # What the conditions' curvature adds, through the same factor.
-                off = moved.missed(self._values, self.frame)
+                off = moved.missed(self._values, *self._bounds)
                 residual = self.frame.pull(self.x, slacks.stiffness * off)
                 more, _ = self.frame.step(self.system, factor, residual, self._violation)
                 inside = moved.moved(self.frame.along(self.x, more) + off)
@@ -334,7 +344,7 @@ class Interior:
 
     def _tidied(self, slacks: Slacks) -> Slacks:
         """Slacks as far inside as one-sided values, and multipliers not too far from the barrier's."""
-        off = slacks.missed(self._values, self.frame)
+        off = slacks.missed(self._values, *self._bounds)
         inward = np.where(np.isinf(slacks.above), np.minimum(off, 0.0), 0.0)
         slacks = slacks.moved(np.where(np.isinf(slacks.below), np.maximum(off, 0.0), inward))
         down, up = (

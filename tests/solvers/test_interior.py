@@ -8,6 +8,7 @@ from scipy.optimize import minimize
 
 import symmotion as sm
 from studies.solving.bounded_problems import KINDS, problem
+from studies.solving.problem_set import load, tasks
 from symmotion.program import Bounded, Evaluator
 from symmotion.systems import HessianTriangle
 
@@ -206,3 +207,18 @@ def test_limits_and_callbacks_end_a_solve_between_bounds():
     assert sm.ExactNewton(callback=stop).solve(program).status == "stopped"
     solution = NEWTON.solve(program)
     assert solution.evaluations["bounds: hessian"] > 0 and solution.iterations > 0
+
+
+@pytest.mark.parametrize("kind", ["repeated", "redundant"])
+@pytest.mark.parametrize("k", range(1, 4))
+def test_bounds_that_equalities_say_again_change_nothing(kind, k):
+    program = tasks.program(f"{kind}-{k}")
+    free = sm.affine_program(program.design.keyframes, objective=program.design.objective)
+    assert NEWTON.solve(program).require().objective == pytest.approx(NEWTON.solve(free).objective, rel=1e-9)
+
+
+@pytest.mark.parametrize("k", range(5))
+def test_complementary_places_have_no_inside(k):
+    name = f"corner-{k}"
+    best = next(row["best"]["objective"] for row in load.manifest()["problems"] if row["name"] == name)
+    assert NEWTON.solve(tasks.program(name)).require().objective <= best * (1 + 1e-8)
