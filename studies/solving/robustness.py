@@ -123,7 +123,7 @@ def _minima(contest: Contest, minima: Mapping[str, list[float]]) -> Table:
         Column("two"),
         Column("more"),
         Column("several", "%"),
-        *tables.SHARE,
+        *tables.ends("several"),
         Column("second / best"),
     )
     caption = (

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 import symmotion as sm
-from symmotion.program import Block, Evaluator
+from symmotion.program import Block
 from symmotion.report import Cell, Column, Table
 from symmotion.systems import Condensed
 
@@ -150,10 +150,10 @@ def _phase(module: str) -> str | None:
 
 
 def prepared(keys: sm.Keyframes) -> sm.program.Program:
-    """A program with what its solves share: the condensed system, and the Jacobian, which is constant."""
+    """A program with what its solves share: the condensed system, and what is made of the constant Jacobian."""
     program = sm.affine_program(keys)
     Condensed.of(program)
-    Evaluator(program).jacobian(program.x0)
+    sm.certify(program, program.x0, np.zeros(program.conditions))
     return program
 
 

@@ -115,9 +115,9 @@ def timed(contest: Contest, seconds: Sequence[float]) -> Table:
         Column("problems"),
         Column("starts that fit"),
         Column("certified", "%"),
-        *tables.SHARE,
+        *tables.ends("certified"),
         Column("best known", "%"),
-        *tables.SHARE,
+        *tables.ends("best known"),
     )
     caption = "Starts one after the other on every problem, as many as end within the time, and as were tried."
     return Table("equal times", columns, tuple(rows), caption)
@@ -150,7 +150,7 @@ def _accuracies(found: Sequence[tuple[float, Contest]]) -> Table:
         Column("solver"),
         Column("problems"),
         Column("certified", "%"),
-        *tables.SHARE,
+        *tables.ends("certified"),
         Column("CPU", "ms"),
         Column("evaluations"),
     )

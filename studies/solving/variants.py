@@ -159,7 +159,7 @@ def warm_table(found: list[tuple[str, float, dict[str, tuple]]]) -> Table:
         Column("way"),
         Column("edits"),
         Column("certified", "%"),
-        *tables.SHARE,
+        *tables.ends("certified"),
         Column("iterations"),
         Column("quarter below"),
         Column("quarter above"),

@@ -113,7 +113,12 @@ def shifted(
 def solved(matrix: sparse.csc_array, right: np.ndarray) -> np.ndarray:
     """The solution of a sparse system of symmetric pattern, by a factorisation with pivots; RuntimeError if singular.
 
-    The order follows the motion, in which saddle systems are banded: half the entries and time of SuperLU's own.
+    matrix: (n, n); right: (n,). The order follows the motion, in which saddle systems are banded: half the entries and
+    time of SuperLU's own.
+
+    >>> from scipy import sparse
+    >>> sm.systems.solved(sparse.csc_array([[2.0, 1.0], [1.0, 0.0]]), np.array([3.0, 1.0]))
+    array([1., 1.])
     """
     pattern = sparse.csr_matrix(abs(matrix) + abs(matrix.T))
     order = reverse_cuthill_mckee(pattern, symmetric_mode=True)

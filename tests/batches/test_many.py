@@ -506,7 +506,7 @@ def test_the_study_reports_every_way_with_the_same_numbers():
 
 
 def test_new_programs_of_one_structure_share_it():
-    first, second = batches.moved_programs(2)
+    first, (_, second) = sm.affine_program(batches.keyframes(0)), batches.moved_programs(2)
     fresh = sm.affine_program(batches.keyframes(1))
     kin = Kin()
     assert kin.adopt(first) is first

@@ -9,7 +9,11 @@ from symmotion.report import Column, Table
 
 SHIFT = 0.01  # seconds, of the geometric means
 Test = Callable[[Attempt], bool]
-SHARE = (Column("from", "%"), Column("to", "%"))
+
+
+def ends(what: str) -> tuple[Column, Column]:
+    """The columns of the ends of a share's interval."""
+    return Column(f"{what}, from", "%"), Column(f"{what}, to", "%")
 
 
 def by_problem(contest: Contest, method: str, starts: int, test: Test, family: str | None = None) -> dict[str, bool]:
@@ -50,9 +54,9 @@ def results(contest: Contest, budgets: Iterable[int], name: str = "equal budgets
         Column("solver"),
         Column("problems"),
         Column("certified", "%"),
-        *SHARE,
+        *ends("certified"),
         Column("best known", "%"),
-        *SHARE,
+        *ends("best known"),
         Column("CPU", "ms"),
         Column("evaluations"),
         Column("certified problems per second", "1/s"),
@@ -145,9 +149,9 @@ def by_family(contest: Contest, methods: Sequence[str] | None = None) -> Table:
         Column("solver"),
         Column("problems"),
         Column("certified", "%"),
-        *SHARE,
+        *ends("certified"),
         Column("best known", "%"),
-        *SHARE,
+        *ends("best known"),
         Column("iterations"),
         Column("CPU", "ms"),
         Column("longest", "ms"),
@@ -171,7 +175,7 @@ def claims(contest: Contest) -> Table:
         Column("says failed and is certified"),
         Column("says failed and is not"),
         Column("right", "%"),
-        *SHARE,
+        *ends("right"),
     )
     caption = "Of itself, before symmotion's certificate; solved: a certified strict minimum. From one start."
     return Table("claims", columns, tuple(rows), caption)
