@@ -46,7 +46,7 @@ def find_feasible(frame: Frame, x: np.ndarray) -> Found:
         missed = max(largest(outside), largest(violation))
         if missed <= NONE:
             return Found(x, True)
-        if frame.journal.ending() is not None:
+        if frame.journal.stopped:
             return Found(x, False)
         gradient = frame.pull(x, outside)
         factor = _factor(frame, system, x, outside, forces, damping)

@@ -15,9 +15,6 @@ from symmotion.systems import AnyFactor, AnySystem, largest, shifted, tenfold
 RIDGE, MOST_SHIFT = 1e-8, 1e6
 # The distance from a bound that slacks have at first, relative to the bound or to what is between two.
 INSIDE = 1e-2
-# By how much bounds are wider, relative to them or to one in own units, where the barrier is: those without an inside,
-# such as what equalities say again, have one there. What presses is held at the bounds themselves in the end.
-WIDER = 1e-9
 # How hard the barrier pulls at first, relative to the objective, and pulls along the equalities that are rounding.
 PULL, ROUNDING = 10.0, 1e-9
 # The share of the way to a bound that a step goes at most.
@@ -108,6 +105,8 @@ class Interior:
     merit of the line search is f − μ Σ log(distance) + ν (‖c_E‖₁ + ‖c − s‖₁), with a second-order correction. Once
     it is near, the bounds that press are guessed, and Newton's method on them ends to rounding (`held_newton`).
 
+    wider: by how much bounds are wider where the barrier is, relative to them or to one in own units, so that those
+    without an inside have one. What presses is held at the bounds themselves in the end.
     Sources: Mehrotra 1992; El-Bakry, Tapia, Zhang 1994; Wächter, Biegler 2006; Nocedal, Wächter, Waltz 2009.
     """
 
@@ -115,14 +114,13 @@ class Interior:
     idle = "steps lower neither the objective nor the violation any more"
     blend = corrects = True
 
-    def __init__(self, tolerance: float, frame: Frame, x: np.ndarray):
+    def __init__(self, tolerance: float, frame: Frame, x: np.ndarray, wider: float = 0.0):
         self.frame, self.evaluator, self.journal = frame, frame.evaluator, frame.journal
         self.system: AnySystem = frame.system(x)
         self.x = x
         self._enough = Enough(tolerance, frame.evaluator)
         self._objective, self._violation = self.evaluator.objective(x), self.evaluator.violation(x)
         self._values = frame.values(x)
-        wider = min(WIDER, 0.1 * tolerance)
         self._bounds = tuple(
             b + side * wider * np.maximum(1.0, np.abs(np.where(np.isfinite(b), b, 0.0)))
             for b, side in ((frame.lower, -1), (frame.upper, 1))

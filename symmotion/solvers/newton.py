@@ -42,6 +42,8 @@ FIRST_SHIFT = 1e-4
 MOST_SHIFT = 1e6  # relative to the diagonal
 # A relative decrease that cannot be told from rounding.
 ROUNDING = 1e-15
+# By how much bounds are widened where they may have no inside, see `Interior`.
+WIDER = 1e-9
 # Slopes of f along the Newton step, relative to f, below which a line search follows rounding.
 LOCAL = 1e-12
 # A descent leads to a higher minimum where FAR decrements do not take it below the known one at TWICE looks in a row,
@@ -261,8 +263,13 @@ class ExactNewton:
                 failure = Status.INFEASIBLE, conflict(evaluator.program, found.conflict, found.proven)
                 return found.x, np.zeros(evaluator.program.conditions), failure
             if found.feasible:
-                course = Interior(self.tolerance, frame, found.x)
+                x, course = found.x, Interior(self.tolerance, frame, found.x)
                 failure, _ = descend(course, self._theta(LEAST))
+        if failure is not None and not journal.stopped:
+            # Bounds that only meet, such as those of complementary places, have no inside for a barrier.
+            wide = Interior(self.tolerance, frame, x, wider=min(WIDER, 0.1 * self.tolerance))
+            if descend(wide, self._theta(LEAST))[0] is None:
+                course, failure = wide, None
         evaluator.seconds, evaluator.counts = bounded.seconds, bounded.counts
         return course.x, course.multipliers, failure
 
