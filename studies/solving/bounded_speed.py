@@ -1,18 +1,17 @@
 """The two solvers that take bounds, on the same programs with bounds at the same times: who takes how long?"""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from time import process_time
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 import symmotion as sm
 from studies.solving.bounded_problems import POINTS, drawn_turns
+from studies.solving.contest.attempts import SAME
 from symmotion.report import Column, Table
 
-SAME = 1e-6  # relative difference up to which two values are the same minimum
 DENSE, FEW = 8, 4  # times in every segment at which affine programs, and those of orientations, hold their bound
 INERTIA = (1.0, 2.0, 2.5)
 PATIENCE = 30.0  # seconds for a solve
@@ -105,7 +104,10 @@ def turning(count: int, torque: bool) -> sm.program.Program:
 
 def _turning_at(times: np.ndarray, limit: float, torque: bool) -> sm.JetConstraint:
     inertia = np.diag(INERTIA)
-    square: Callable[[Any], ca.SX] = lambda jet: ca.sumsqr(jet.torque(inertia) if torque else jet.rate)  # noqa: E731
+
+    def square(jet: sm.jets.RigidJet) -> ca.SX:
+        return ca.sumsqr(jet.torque(inertia) if torque else jet.rate)
+
     return sm.JetConstraint(square, lower=-np.inf, upper=limit**2, at=times, power=2, name="turning")
 
 

@@ -28,17 +28,17 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
     """
-    machine = None
-    if kernels != "interpreted":
-        build = kernels == "compiled" or count >= COMPILE_FROM or _repays(kernel, kind, count)
-        machine = load(kernel.code, kind, kernel.channels, kernel.squares, build)
-    return machine or kernel.function(kind)
-
-
-def _repays(kernel: Kernel, kind: str, count: int) -> bool:
-    """Whether listing the instructions is repaid at once."""
-    length = kernel.function(kind).n_instructions()
-    return length > LARGEST and count * length >= LIST_FROM
+    if kernels == "interpreted":
+        return kernel.function(kind)
+    key = kernel.code, kind, kernel.channels, kernel.squares
+    machine = load(*key, build=kernels == "compiled" or count >= COMPILE_FROM)
+    if machine is not None:
+        return machine
+    # Only here is the function derived: what is in the cache needs none.
+    function = kernel.function(kind)
+    length = function.n_instructions()
+    listed = length > LARGEST and count * length >= LIST_FROM
+    return (load(*key, build=True) if listed else None) or function
 
 
 def is_compilable(kernel: Kernel, kind: str) -> bool:

@@ -5,7 +5,7 @@ import numpy as np
 from symmotion.errors import InputError
 from symmotion.program import Bounded
 from symmotion.solvers.journal import Journal
-from symmotion.systems import AnyFactor, AnySystem, Saddle, largest, reach, system_of
+from symmotion.systems import AnyFactor, AnySystem, Saddle, largest, own_size, reach, system_of
 
 
 class Frame:
@@ -84,7 +84,7 @@ class Frame:
 
     def size(self, system: AnySystem, hessian: np.ndarray) -> float:
         """The largest diagonal entry of a matrix in the program's own units."""
-        return largest(hessian[system.diagonal] * system.on_diagonal(self.unit) ** 2)
+        return own_size(system, hessian, self.unit)
 
     def factorise(self, system: AnySystem, matrix: np.ndarray) -> AnyFactor | None:
         return self.journal.timed(system.factorise, matrix)

@@ -121,10 +121,7 @@ class Interior:
         self._enough = Enough(tolerance, frame.evaluator)
         self._objective, self._violation = self.evaluator.objective(x), self.evaluator.violation(x)
         self._values = frame.values(x)
-        self._bounds = tuple(
-            b + side * wider * np.maximum(1.0, np.abs(np.where(np.isfinite(b), b, 0.0)))
-            for b, side in ((frame.lower, -1), (frame.upper, 1))
-        )
+        self._bounds = tuple(b + side * wider * _own(b) for b, side in ((frame.lower, -1), (frame.upper, 1)))
         self._slacks = self._first()
         self._mu, self._penalty = self._slacks.gap / self._slacks.sides, 0.0
         self.equalities = frame.equalities(x, self._slacks.multipliers)
@@ -159,10 +156,7 @@ class Interior:
         """Slacks inside their bounds, and multipliers of a barrier that pulls like the objective."""
         frame, x, (lower, upper) = self.frame, self.x, self._bounds
         width = upper - lower
-        margins = [
-            np.minimum(INSIDE * np.maximum(1.0, np.abs(np.where(np.isfinite(b), b, 0.0))), 0.5 * width)
-            for b in (lower, upper)
-        ]
+        margins = [np.minimum(INSIDE * _own(b), 0.5 * width) for b in (lower, upper)]
         s = np.clip(self._values, lower + margins[0], upper - margins[1])
         slacks = Slacks(s - lower, upper - s, np.zeros_like(s), np.zeros_like(s))
         barrier, descent = 1 / slacks.below - 1 / slacks.above, self.evaluator.gradient(x)
@@ -363,6 +357,11 @@ class Interior:
             last = self.journal.log.pop()
             self.journal.log.append(replace(last, theta=1.0, step=1.0))
             self.journal.add(row)
+
+
+def _own(bounds: np.ndarray) -> np.ndarray:
+    """(bounds,) the size of bounds, or one in own units: what widths beside them are relative to."""
+    return np.maximum(1.0, np.abs(np.where(np.isfinite(bounds), bounds, 0.0)))
 
 
 def _until(value: np.ndarray, change: np.ndarray, share: float) -> float:

@@ -6,7 +6,7 @@ from symmotion.systems.conflicts import conflict, conflicting
 from symmotion.systems.curvature import Curvature
 from symmotion.systems.response import AnyReading, Response, response_of
 from symmotion.systems.saddle import HessianTriangle, Saddle, kkt_pattern
-from symmotion.systems.system import AnyFactor, AnySystem, System, largest, reach, shifted, solved, tenfold
+from symmotion.systems.system import AnyFactor, AnySystem, System, largest, own_size, reach, shifted, solved, tenfold
 
 __all__ = [
     "AnyFactor",
@@ -25,6 +25,7 @@ __all__ = [
     "conflicting",
     "kkt_pattern",
     "largest",
+    "own_size",
     "reach",
     "response_of",
     "shifted",

@@ -21,7 +21,7 @@ from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import EPS
 from symmotion.systems.pressed import Pressed
 from symmotion.systems.saddle import Saddle
-from symmotion.systems.system import AnyFactor, AnySystem, largest, reach, shifted, tenfold
+from symmotion.systems.system import AnyFactor, AnySystem, largest, own_size, reach, shifted, tenfold
 
 # Multipliers and distances from a bound below this, relative, count as none: IPOPT's are never exactly zero.
 WEAK = 1e-6
@@ -461,9 +461,8 @@ class Inspection:
         unit = self.program.unit
         transposed = system.jacobian.T if isinstance(system, Saddle) else self.transposed
         off = unit * (transposed @ system.multipliers(residual))
-        u = system.on_diagonal(unit)
         far = largest(self.x / unit)
-        floor = SLOPPY * EPS * far * largest(hessian[system.diagonal] * u**2)
+        floor = SLOPPY * EPS * far * own_size(system, hessian, unit)
         worst = largest(off)
         return 0.0 if worst <= floor else worst / (largest(unit * gradient) or 1.0)
 

@@ -143,6 +143,10 @@ class Condensed:
     def on_diagonal(self, values: np.ndarray) -> np.ndarray:
         return values.reshape(-1, self.channels)[self.free].ravel()
 
+    def whole_basis(self) -> sparse.csr_array:
+        """(unknowns, size) Z of all channels: what `expand` does, as a matrix."""
+        return sparse.csr_array(sparse.kron(self.basis, sparse.eye_array(self.channels), format="csr"))
+
     @cached_property
     def lift(self) -> sparse.csr_array:
         """(unknowns, conditions) Y with J Y = 1, zero but for the pivots: what moves one condition and no other."""

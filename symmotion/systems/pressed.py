@@ -7,7 +7,7 @@ from scipy.sparse.linalg import splu
 from symmotion.program.bounded import Bounded
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import banded_curvature
-from symmotion.systems.system import largest, reach
+from symmotion.systems.system import largest, own_size, reach
 
 # Weights of the bounds' normals beside a Hessian of order one, in turn.
 WEIGHTS = (1e4, 1e2, 1e6, 1e8)
@@ -48,7 +48,7 @@ class Pressed:
     def decrement(self, hessian: np.ndarray, residual: np.ndarray) -> float | None:
         """½ rᵀM⁻¹r along the conditions where the Hessian is positive definite there; None where that is not seen."""
         system, unit = self._system, self._bounded.program.unit
-        size = largest(hessian[system.diagonal] * system.on_diagonal(unit) ** 2) or 1.0
+        size = own_size(system, hessian, unit) or 1.0
         for weight in WEIGHTS:
             matrix = hessian + weight * size * self._weighed
             if banded_curvature(system.lower_bands(matrix)).inertia == "positive":
@@ -71,9 +71,8 @@ class Pressed:
         """(conditions,) λ with ∇f + Jᵀλ small, of the equalities and the bounds that press; zero of the others."""
         system, normals, found = self._system, self._normals, np.zeros(self._bounded.program.conditions)
         if len(self._held):
-            basis = sparse.kron(system.basis, sparse.eye_array(system.channels), format="csr")
             unit = system.on_diagonal(self._bounded.program.unit)
-            own = sparse.csr_array(sparse.csr_array(basis.T @ normals.T).multiply(unit[:, None]))
+            own = sparse.csr_array(sparse.csr_array(system.whole_basis().T @ normals.T).multiply(unit[:, None]))
             forces = -splu(sparse.csc_array(own.T @ own)).solve(own.T @ (unit * system.reduced(gradient)))
             found[self._held] = forces / self._scale
             gradient = gradient + normals.T @ forces

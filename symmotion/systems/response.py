@@ -84,7 +84,7 @@ class CondensedResponse:
     @cached_property
     def basis(self) -> sparse.csr_array:
         """(unknowns, free) Z for all channels."""
-        return sparse.csr_array(sparse.kron(self.system.basis, sparse.eye_array(self.system.channels), format="csr"))
+        return self.system.whole_basis()
 
     @cached_property
     def basis_transposed(self) -> sparse.csr_array:

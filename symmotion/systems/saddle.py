@@ -28,7 +28,7 @@ from symmotion.systems.curvature import (
     first_failing_pivot,
     scaling,
 )
-from symmotion.systems.system import largest, reach, solved
+from symmotion.systems.system import own_size, reach, solved
 
 # The factorisation does not pivot: a zero in the lower block would stop it, and one that is next to zero costs the
 # digits of all that is small beside stiff bounds. Refinement removes its effect.
@@ -234,7 +234,7 @@ class Saddle:
 
     def _scale(self, flat: np.ndarray) -> np.ndarray:
         """(unknowns + conditions,) the units in which the saddle matrix is of order one, the Hessian's too."""
-        size = largest(flat[self.diagonal] * self.on_diagonal(self.unit) ** 2) or 1.0
+        size = own_size(self, flat, self.unit) or 1.0
         return np.concatenate([self.unit / np.sqrt(size), np.sqrt(size) / self._reach])
 
     def _equilibrated(self, matrix: sparse.csc_array, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -159,6 +159,29 @@ def reach(
     return np.where(np.isfinite(change) & (change > 0), change, 1.0)
 
 
+class Diagonal(Protocol):
+    """Of a `System` where its diagonal lies, and what belongs to it."""
+
+    @property
+    def diagonal(self) -> slice | np.ndarray: ...
+
+    def on_diagonal(self, values: np.ndarray) -> np.ndarray: ...
+
+
+def own_size(system: Diagonal, flat: np.ndarray, unit: np.ndarray) -> float:
+    """The largest diagonal entry of a matrix, in the order of a system's pattern, where the unknowns' units are one.
+
+    unit: (unknowns,), `Program.unit`.
+
+    >>> from symmotion.program import Evaluator
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> system = sm.systems.system_of(program, Evaluator(program), program.x0)
+    >>> sm.systems.own_size(system, np.ones(system.pattern.size), program.unit) > 0
+    True
+    """
+    return largest(flat[system.diagonal] * system.on_diagonal(unit) ** 2)
+
+
 def largest(values: np.ndarray) -> float:
     """‖values‖∞, 0 of none.
 
