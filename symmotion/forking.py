@@ -5,8 +5,11 @@ import sys
 from collections.abc import Callable
 from functools import cached_property
 from threading import Lock, RLock, get_ident
+from time import monotonic, sleep
 
 from symmotion.errors import InputError
+
+PAUSE = 1e-4  # seconds between two looks at whether a section is empty
 
 
 class ForkedLock:
@@ -30,19 +33,37 @@ class ForkedLock:
 class Section:
     """Code that a fork must not cut: of libraries with locks of their own, which stay closed in the child.
 
-    Entered by `with`, by any number of threads. In a child that was forked while other threads were inside, entering
-    raises InputError: it would wait for ever. Not a generator: those of other threads are closed in the child.
+    patience: seconds that a fork waits for other threads to leave, while none enters. Entered by `with`, by any number
+    of threads. In a child that was forked while other threads were inside all the same, entering raises InputError: it
+    would wait for ever. Not a generator: those of other threads are closed in the child.
     """
 
-    def __init__(self, what: str):
-        self._what, self._cut = what, False
+    def __init__(self, what: str, patience: float = 0.0):
+        self._what, self._patience, self._cut = what, patience, False
         self._depth: dict[int, int] = {}
+        self._forking: set[int] = set()
+        if patience and hasattr(os, "register_at_fork"):
+            os.register_at_fork(before=self._wait, after_in_parent=self._done)
         _in_child(self._forked)
+
+    def _others(self) -> bool:
+        me = get_ident()
+        return any(thread != me for thread in tuple(self._depth))
+
+    def _wait(self) -> None:
+        self._forking.add(get_ident())
+        end = monotonic() + self._patience
+        while self._others() and monotonic() < end:
+            sleep(PAUSE)
+
+    def _done(self) -> None:
+        self._forking.discard(get_ident())
 
     def _forked(self) -> None:
         me = get_ident()
-        self._cut = self._cut or any(thread != me for thread in self._depth)
+        self._cut = self._cut or self._others()
         self._depth = {me: self._depth[me]} if me in self._depth else {}
+        self._forking.clear()
 
     def __enter__(self) -> None:
         if self._cut:
@@ -50,12 +71,21 @@ class Section:
                 f"this process was forked while other threads were in {self._what}, whose locks stay closed here: fork "
                 'before threads solve, or start processes by multiprocessing.get_context("spawn")'
             )
-        self._depth[get_ident()] = self._depth.get(get_ident(), 0) + 1
+        me = get_ident()
+        inside = self._depth.get(me, 0)
+        # Inside first, then the look at who forks, who says so first and then looks at who is inside.
+        self._depth[me] = inside + 1
+        while self._forking and not inside and self._forking != {me}:
+            del self._depth[me]
+            sleep(PAUSE)
+            self._depth[me] = 1
 
     def __exit__(self, *_: object) -> None:
-        self._depth[get_ident()] -= 1
-        if not self._depth[get_ident()]:
-            del self._depth[get_ident()]
+        me = get_ident()
+        if self._depth[me] == 1:
+            del self._depth[me]
+        else:
+            self._depth[me] -= 1
 
 
 def _in_child(renew: Callable[[], None]) -> None:
@@ -74,3 +104,6 @@ def _open_properties() -> None:
 
 
 _in_child(_open_properties)
+
+# CasADi's functions and factorisations lock what their threads share, for less than a fork can wait.
+CASADI = Section("CasADi", patience=10.0)

@@ -9,6 +9,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from symmotion.forking import CASADI
 from symmotion.kernels.compiled import LARGEST, Machine, load
 from symmotion.kernels.kernel import Kernel
 
@@ -193,7 +194,8 @@ class _Interpreted:
         for array, values in zip(self._inputs, inputs, strict=True):
             if values is not None and array.size:
                 array[:count] = values[nodes]
-        self._call()
+        with CASADI:
+            self._call()
         return [array[:count] for array in self._outputs]
 
 

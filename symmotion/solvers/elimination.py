@@ -14,7 +14,7 @@ from symmotion.solvers.descent import Enough
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.options import require_limits
 from symmotion.solvers.solution import Iteration, Solution, Status
-from symmotion.solvers.solver import conclude, require_equalities, start_vector
+from symmotion.solvers.solver import conclude, require_equalities, solving, start_vector
 from symmotion.systems import Condensed, conflict, conflicting, largest
 
 BLOW_UP = 1e12  # growth of the objective that counts as divergence
@@ -52,7 +52,7 @@ class Elimination:
         if self.stages is not None:
             choice(self.stages, ("degree", "knots"), "stages")
 
-    @np.errstate(all="ignore")  # what is not finite is told by the status
+    @solving
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve a program with interpolation conditions; start: None, a Solution, a motion, or (unknowns,) numbers.
 

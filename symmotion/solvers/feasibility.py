@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from symmotion import interrupts
 from symmotion.program import Constraint
 from symmotion.solvers.frame import Frame
 from symmotion.systems import AnyFactor, AnySystem, largest, reach, shifted, tenfold
@@ -42,6 +43,7 @@ def find_feasible(frame: Frame, x: np.ndarray) -> Found:
     values, violation = frame.values(x), evaluator.violation(x)
     forces = np.zeros_like(violation)
     for _ in range(STEPS):
+        interrupts.check()
         outside, system = frame.outside(values), frame.system(x)
         missed = max(largest(outside), largest(violation))
         if missed <= NONE:

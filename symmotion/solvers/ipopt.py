@@ -19,7 +19,7 @@ from symmotion.solvers.journal import Callback, Journal
 from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.oracle import Kept, Watcher, oracles
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
-from symmotion.solvers.solver import Solver, conclude, start_multipliers, start_vector
+from symmotion.solvers.solver import Solver, conclude, solving, start_multipliers, start_vector
 from symmotion.solvers.units import OwnUnits
 
 IpoptOption: TypeAlias = str | float | int
@@ -82,7 +82,7 @@ class Ipopt:
         require_kernels(self.kernels, self.threads)
         object.__setattr__(self, "options", checked_options(self.options))
 
-    @np.errstate(all="ignore")  # what is not finite is told by the status
+    @solving
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve any program; start: None, a Solution with its multipliers, a motion, or (unknowns,) numbers.
 
@@ -95,21 +95,19 @@ class Ipopt:
         """The solution of a program with its bounds held at the times that it has; spent: seconds before."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback, spent)
         kept = Kept()
-        with kept.guard():
-            x0 = start_vector(program, start)
-            known = start_multipliers(program, start)
-            evaluator = Evaluator(program, self.kernels, self.threads)
-            settings = {**ipopt_settings(self, journal), **constants(program)}
-            settings = {**settings, **({} if known is None else WARM), **self.options}
-            answer = _solved(evaluator, settings, x0, known, journal, kept, FINER * self.tolerance)
+        x0 = start_vector(program, start)
+        known = start_multipliers(program, start)
+        evaluator = Evaluator(program, self.kernels, self.threads)
+        settings = {**ipopt_settings(self, journal), **constants(program)}
+        settings = {**settings, **({} if known is None else WARM), **self.options}
+        answer = _solved(evaluator, settings, x0, known, journal, kept, FINER * self.tolerance)
         solution = concluded(self, program, "ipopt", answer, journal, evaluator)
         if solution.status is not Status.FAILED or answer.stats.get("return_status") != "Solve_Succeeded":
             return solution
         # Where its own test, of the gradient, is passed before the certificate's: on from there, a hundred times finer.
         finer = {name: 1e-2 * FINER * self.tolerance for name in ("tol", "dual_inf_tol")}
-        with kept.guard():
-            near = answer.x, answer.multipliers
-            answer = _solved(evaluator, {**settings, **WARM, **finer}, *near, journal, kept, FINER * self.tolerance)
+        near = answer.x, answer.multipliers
+        answer = _solved(evaluator, {**settings, **WARM, **finer}, *near, journal, kept, FINER * self.tolerance)
         again = concluded(self, program, "ipopt", answer, journal, evaluator)
         return replace(again, log=solution.log + again.log) if again.status is Status.SOLVED else solution
 
@@ -213,6 +211,7 @@ def _solved(
     bounds = {"lbg": program.lower / own.conditions, "ubg": program.upper / own.conditions}
     with RUNNING, watching(watch, solver.stats, own):
         result = solver(x0=x0 / own.unknowns, **bounds, **duals)
+    kept.check()
     x = own.unknowns * np.asarray(result["x"]).ravel()
     multipliers = own.multipliers * np.asarray(result["lam_g"]).ravel()
     return IpoptAnswer(x, multipliers, solver.stats(), evaluator.seconds, own)

@@ -8,6 +8,7 @@ from threading import current_thread, main_thread
 from time import perf_counter
 from typing import TypeAlias, TypeVar, TypeVarTuple
 
+from symmotion import interrupts
 from symmotion.program import Program
 from symmotion.solvers.solution import Iteration, Seconds, Status
 
@@ -102,11 +103,16 @@ class Journal:
             self._next = self.elapsed + PAUSE
             told = f"{self.elapsed:.1f} s, iteration {len(self.log)}: objective {row.objective:.6g}"
             _show(f"{told}, stationarity {row.stationarity:.1e}, violation {row.violation:.1e}")
-        if self._callback is not None and self._callback(row):
-            self._stopped = True
+        if self._callback is not None:
+            with interrupts.raised():
+                self._stopped = bool(self._callback(row)) or self._stopped
 
     def ending(self) -> Failure | None:
-        """Why no more step is to be taken: the callback, the time or the number of steps; None to go on."""
+        """Why no more step is to be taken: the callback, the time or the number of steps; None to go on.
+
+        Raises what a signal's handler raised meanwhile, such as KeyboardInterrupt.
+        """
+        interrupts.check()
         if self._stopped:
             return Status.STOPPED, "the callback returned True"
         if self.left <= 0:

@@ -18,7 +18,7 @@ from symmotion.solvers.interior import Interior
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.options import require_kernels, require_limits
 from symmotion.solvers.solution import Iteration, Solution, Status
-from symmotion.solvers.solver import conclude, start_multipliers, start_vector
+from symmotion.solvers.solver import conclude, solving, start_multipliers, start_vector
 from symmotion.solvers.sqp import Curved
 from symmotion.solvers.ways import large_turns, turned
 from symmotion.systems import (
@@ -111,7 +111,7 @@ class ExactNewton:
         choice(self.system, ("auto", "condensed", "sparse"), "system")
         require_kernels(self.kernels, self.threads)
 
-    @np.errstate(all="ignore")  # what is not finite is told by the status
+    @solving
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve a program; start: None, a Solution, a motion, or (unknowns,) numbers.
 

@@ -1,16 +1,13 @@
 """An Evaluator's functions as CasADi's solvers call them, and what is raised in them, which CasADi would swallow."""
 
-import signal
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from threading import current_thread, main_thread
-from types import FrameType
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
 from scipy import sparse
 
+from symmotion import interrupts
 from symmotion.program import Evaluator
 from symmotion.solvers.journal import Journal
 from symmotion.solvers.solution import Iteration
@@ -22,41 +19,21 @@ Compute: TypeAlias = Callable[..., tuple[np.ndarray, ...]]
 
 
 class Kept:
-    """The first exception raised in a solver's callbacks, Ctrl-C too: raised again once the solver has ended."""
+    """The first exception raised in a solver's callbacks: raised again once the solver has ended."""
 
     def __init__(self):
         self.error: BaseException | None = None
+
+    @property
+    def over(self) -> bool:
+        """Whether there is one, or a signal's: nothing more is to be done."""
+        return self.error is not None or interrupts.pending()
 
     def check(self) -> None:
         """Raise what was kept, if anything was."""
         if self.error is not None:
             raise self.error
-
-    @contextmanager
-    def guard(self) -> Iterator[None]:
-        """A time during which handlers of signals raise nothing: what they raise is kept, and raised at the end.
-
-        The interpreter runs them wherever it is, also where CasADi is about to call and would take what they raise
-        for a failure of its own.
-        """
-        # Handlers run in the main thread only, and only there can they be set.
-        alone = current_thread() is main_thread()
-        handlers = {s: h for s in signal.valid_signals() if callable(h := signal.getsignal(s))} if alone else {}
-
-        def handle(number: int, frame: FrameType | None) -> None:
-            try:
-                handlers[signal.Signals(number)](number, frame)
-            except BaseException as error:
-                self.error = self.error or error
-
-        try:
-            for number in handlers:
-                signal.signal(number, handle)
-            yield
-        finally:
-            for number, handler in handlers.items():
-                signal.signal(number, handler)
-            self.check()
+        interrupts.check()
 
 
 class NumericFunction(ca.Callback):
@@ -101,7 +78,7 @@ class NumericFunction(ca.Callback):
 
     def eval_buffer(self, arg: Sequence[memoryview | None], res: Sequence[memoryview | None]) -> int:
         values: Sequence[np.ndarray | float] = [np.nan] * len(res)
-        if self._kept.error is None:
+        if not self._kept.over:
             try:
                 given = [_numbers(a, size) for a, (_, size) in zip(arg, self._inputs, strict=True)]
                 values = self._compute(*given)
@@ -148,12 +125,12 @@ class Watcher(ca.Callback):
         return ca.Sparsity.dense(size, 1 if size else 0)
 
     def eval(self, arg: Sequence[ca.DM]) -> list[ca.DM]:
-        if self._kept.error is None:
+        if not self._kept.over:
             try:
                 self._journal.add(self.rows()[-1])
             except BaseException as error:
                 self._kept.error = error
-        return [ca.DM(self._journal.stopped or self._kept.error is not None)]
+        return [ca.DM(self._kept.over or self._journal.stopped)]
 
 
 def oracles(evaluator: Evaluator, kept: Kept, own: OwnUnits) -> dict[str, NumericFunction]:

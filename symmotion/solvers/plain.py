@@ -23,7 +23,7 @@ from symmotion.solvers.journal import Callback, Journal
 from symmotion.solvers.options import require_limits
 from symmotion.solvers.oracle import Kept, Watcher
 from symmotion.solvers.solution import Solution
-from symmotion.solvers.solver import start_vector
+from symmotion.solvers.solver import solving, start_vector
 from symmotion.solvers.units import OwnUnits
 
 
@@ -45,7 +45,7 @@ class PlainIpopt:
     def __post_init__(self):
         require_limits(self.tolerance, self.max_iterations, self.time_limit, self.callback)
 
-    @np.errstate(all="ignore")  # what is not finite is told by the status
+    @solving
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """Solve any program; start: None, a Solution, a motion, or (unknowns,) numbers.
 
@@ -60,7 +60,7 @@ class PlainIpopt:
         x0 = start_vector(program, start)
         evaluator, kept = Evaluator(program), Kept()
         settings, own = ipopt_settings(self, journal), OwnUnits.of(evaluator, x0, FINER * self.tolerance)
-        with RUNNING, SYMBOLIC, kept.guard():
+        with RUNNING, SYMBOLIC:
             problem = _Problem(program, kept, own)
             answer = problem.solve(x0, settings, journal, kept)
             del problem  # while it is alone: it lets go of functions that others use
@@ -126,6 +126,7 @@ class _Problem:
                 values = opti.solve()
             except RuntimeError:
                 values = opti.debug
+        kept.check()
         found = {name: np.asarray(values.value(c)).reshape(c.shape).T for name, c in self._controls.items()}
         stats = opti.stats()
         evaluate = sum(v for key, v in stats.items() if key.startswith("t_wall_nlp_"))

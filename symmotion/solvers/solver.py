@@ -1,10 +1,12 @@
 """What a solver is, and what every solver begins and ends with."""
 
-from collections.abc import Sequence
-from typing import Protocol, cast
+from collections.abc import Callable, Sequence
+from functools import wraps
+from typing import ParamSpec, Protocol, TypeVar, cast
 
 import numpy as np
 
+from symmotion import interrupts
 from symmotion.checks import array
 from symmotion.errors import InputError
 from symmotion.program import DesignT, Evaluator, Program
@@ -16,6 +18,9 @@ from symmotion.systems.certificate import DIGITS
 # Endings that may be those of conditions that cannot hold; others are the caller's wish.
 OF_ITSELF = (Status.FAILED, Status.STALLED, Status.DIVERGED, Status.ITERATION_LIMIT)
 MORE_NODES = "program.refined(solution.x) has more Gauss nodes, as has gauss_nodes=None where they are stated"
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class Judged(Protocol):
@@ -42,6 +47,20 @@ class Solver(Judged, Protocol):
         Raises InputError for a program that it does not take.
         """
         ...
+
+
+def solving(function: Callable[P, T]) -> Callable[P, T]:
+    """A solver's method `solve`: what is not finite is told by the status, and Ctrl-C comes between its steps.
+
+    The steps call `Journal.ending`, or `interrupts.check`.
+    """
+
+    @wraps(function)
+    def guarded(*arguments: P.args, **options: P.kwargs) -> T:
+        with interrupts.kept(), np.errstate(all="ignore"):
+            return function(*arguments, **options)
+
+    return guarded
 
 
 def require_solver(value: object, *names: str) -> Solver:

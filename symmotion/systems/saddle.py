@@ -14,6 +14,7 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, splu
 
 from symmotion.brief import in_a_line
 from symmotion.errors import InputError
+from symmotion.forking import CASADI
 from symmotion.program.evaluate import Evaluator, Pattern
 from symmotion.program.program import Program
 from symmotion.systems.complaints import overheard
@@ -224,11 +225,12 @@ class Saddle:
         plain = self.matrix(flat)
         scale, scaled = self._equilibrated(plain, self._scale(flat))
         scaled[self._corner] = -DELTA
-        regular = ca.DM(self.sparsity, scaled)
         # A pivot that is exactly zero, as on uniform knots, is told on stderr only: the matrix is singular then.
         with overheard() as complaints:
+            regular = ca.DM(self.sparsity, scaled)
             self._solver.nfact(regular)
-        if complaints or self._solver.neig(regular) != self.m:
+            negative = self._solver.neig(regular)
+        if complaints or negative != self.m:
             return None
         return plain, regular, scale
 
@@ -330,4 +332,5 @@ class Saddle:
         return projected, float(np.abs(hessian.diagonal() * unit**2).max())
 
     def _apply(self, regular: ca.DM, rhs: np.ndarray) -> np.ndarray:
-        return np.asarray(self._solver.solve(regular, ca.DM(rhs))).ravel()
+        with CASADI:
+            return np.asarray(self._solver.solve(regular, ca.DM(rhs))).ravel()
