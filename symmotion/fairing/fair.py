@@ -15,7 +15,7 @@ from symmotion.fairing.coordinates import AnyMotion, Coordinates, Fairable, Part
 from symmotion.fairing.greedy import Limits
 from symmotion.fairing.jumps import Jumps
 from symmotion.fairing.keyframes import Asked, held, weights_of
-from symmotion.fairing.methods import Found, Task, by_least_squares, by_program, by_steps
+from symmotion.fairing.methods import Found, Task, by_bounds, by_least_squares, by_program, by_steps
 from symmotion.fairing.metrics import Metric
 from symmotion.fairing.noise import noise_metric
 from symmotion.fairing.programs import fairing_program, tolerances
@@ -108,8 +108,8 @@ def fair(
         metric, size = noise_metric(coordinates, freedom, noise, metric)
     task = Task(coordinates, jumps, freedom, net, held(coordinates, keyframes), Metric.of(net.shape, weights, metric))
     limits = Limits(target, STEPS_PER_KNOT * task.knots if max_steps is None else max_steps, divergence)
+    allowed = None if tolerance is None else tolerances(tolerance, net.shape[:2])
     if chosen in ("greedy", "orthogonal"):
-        allowed = None if tolerance is None else tolerances(tolerance, net.shape[:2])
         limits = replace(limits, knots=freedom.box.knots(jumps), tolerance=allowed, change=change or 0.0)
 
     def run(goal: float | None) -> Found:
@@ -121,8 +121,9 @@ def fair(
             "region": region, "parts": coordinates.parts, "length": length, "keyframes": keyframes, "borders": borders,
             "weights": weights, "metric": metric,
         }  # fmt: skip
-        if chosen == "bounded":
-            return by_program(task, ExactNewton(), fairing_program(motion, tolerance=tolerance, **given))
+        if chosen == "bounded" and allowed is not None:
+            program = fairing_program(motion, tolerance=tolerance, **given)
+            return by_bounds(task, ExactNewton(), program, allowed)
         found = by_least_squares(task, goal, weight, size)
         program = fairing_program(motion, weight=found.weight or 1.0, **given)
         solved = by_program(task, ExactNewton(), program, weight=found.weight)
