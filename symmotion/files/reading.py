@@ -49,6 +49,7 @@ def read_keyframes(
     transforms: a nerfstudio transforms.json; colmap: its images.txt; log: of Open3D; optitrack: CSV of Motive.
     bvh: a joint of a skeleton, rigid in the world, frame by frame; see `read_bvh`.
     glb, gltf: an animated node in the scene; see `read_gltf_keyframes`.
+    usda, usd, usdc, usdz: a prim in the scene, at its time samples; see `read_usd_keyframes`.
 
     columns: by role, the columns of a table, by name or number: {"time": "stamp", "translation": ["a", "b", "c"],
         "quaternion": [x, y, z, w]}, or "rotvec", "angle", "matrix", or a sequence of Euler angles as "ZYX" (capital:
@@ -59,7 +60,7 @@ def read_keyframes(
     every, rate: every n-th keyframe, or those nearest to so many per unit of time. What was chosen, left out and
     repaired, and where gaps are, is in the notes of `symmotion.files.read_recording`.
 
-    node: the joint's, body's or node's name or index; when left out the root, or the node that
+    node: the joint's, body's, node's or prim's name or index; when left out the root, or the node that
     moves and that all others which move hang from. animation: of glb and gltf, name or index;
     when left out the first that moves the node. offsets, frames, encoding: of bvh, see `read_bvh`.
 

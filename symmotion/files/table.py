@@ -17,7 +17,8 @@ from symmotion.files.optitrack import is_optitrack, read_optitrack
 from symmotion.files.samples import write_samples_csv, write_samples_tum
 from symmotion.files.text import read_csv, read_kitti, read_tum, read_txt, write_csv, write_kitti, write_tum
 from symmotion.files.two_parameter import is_net_json, read_net_json, read_net_npz, write_net_json, write_net_npz
-from symmotion.files.usd import write_usd
+from symmotion.files.usd import ENDINGS, check_usd, write_usd
+from symmotion.files.usd_reading import read_usd
 from symmotion.files.written import TOLERANCE
 
 
@@ -91,6 +92,8 @@ FORMATS = tuple(replace(row, whole=True) for row in (
            reading=(TIMES, NODE, OFFSETS, FRAMES, ENCODING)),
     Format("gltf", ("glb", "gltf"), "keyframes", "an animated node in the scene, at its keys", read_gltf,
            reading=(TIMES, NODE, ANIMATION)),
+    Format("usd", ENDINGS, "keyframes", "a prim in the scene, at its time samples", read_usd,
+           reading=(TIMES, NODE)),
     Format("json", ("json",), "motion", "an affine motion, exactly", read_motion_json, write_motion_json,
            claims=is_motion_json),
     Format("csv", ("csv",), "motion", "samples of linear part and translation", write=write_samples_csv,
@@ -98,7 +101,7 @@ FORMATS = tuple(replace(row, whole=True) for row in (
     Format("tum", ("tum",), "motion", "samples, rigid", write=write_samples_tum,
            writing=(SAMPLE_TIMES, RATE, ORTHONORMALISE)),
     Format("glb", ("glb",), "scene", "an animated glTF scene", write=write_gltf, writing=SCENE),
-    Format("usda", ("usda",), "scene", "an animated USD scene", write=write_usd, writing=SCENE),
+    Format("usd", ENDINGS, "scene", "an animated USD scene", write=write_usd, writing=SCENE, check=check_usd),
     Format("obj", ("obj",), "mesh", "triangles as text, exactly", write=write_obj),
     Format("ply", ("ply",), "mesh", "triangles, binary, exactly", write=write_ply),
     Format("stl", ("stl",), "mesh", "triangles, binary, in single precision", write=write_stl),

@@ -52,7 +52,7 @@ def write_motion(
     """Write a motion exactly (.json, for `read_motion`) or sampled (.csv, .tum, for `read_keyframes`), or as a scene.
 
     json takes an `AffineMotion`; in the others an orientation alone turns about the origin. A
-    scene, .glb or .usda, has a letter F in motion, or the body given: `write_gltf` and `write_usd`
+    scene, .glb or .usda (.usd, .usdc, .usdz), has a letter F in motion, or the body given: `write_gltf` and `write_usd`
     say how; what they say of the file's error is returned.
 
     times: (N,) increasing, N ≥ 2, of the samples; or rate: samples per unit of time from the
