@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from symmotion.bodies import Body, Shape
-from symmotion.bodies.places import carried, extent, fitting_body, in_space, placed
+from symmotion.bodies.places import Oriented, carried, extent, fitting_body, in_space, placed
 from symmotion.files import keys as key
 from symmotion.files.formats import FilePath, format_of, require_order
 from symmotion.files.usd_library import library, write_binary
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.motion import Moving
-from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.whole import whole_file
 
 FRAMES_PER_SECOND = 24
@@ -23,7 +22,7 @@ ENDINGS = (ASCII, "usd", "usdc", "usdz")
 
 
 def write_usd(
-    motion: Moving | QuaternionMotion,
+    motion: Moving | Oriented,
     path: FilePath,
     body: Shape | None = None,
     *,

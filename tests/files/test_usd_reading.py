@@ -161,6 +161,7 @@ def test_what_is_written_is_read_back(tmp_path, ending):
     motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
     path = tmp_path / f"m.{ending}"
     written = sm.write_motion(motion, path, tolerance=1e-3)
+    assert written is not None
     keys = sm.read_keyframes(path)
     assert len(keys) == written.keys
     np.testing.assert_allclose(keys.linear, motion(keys.times).linear, atol=1e-14)
