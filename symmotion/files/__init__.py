@@ -10,6 +10,7 @@ write it, their options. One of your own is one more row, handed to a door:
 from typing import TYPE_CHECKING
 
 from symmotion.files.bvh import read_bvh
+from symmotion.files.bvh_writing import write_bvh
 from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf_keyframes
 from symmotion.files.gltf_writing import write_gltf
@@ -42,6 +43,7 @@ __all__ = [
     "read_tool_path",
     "read_two_parameter",
     "read_usd_keyframes",
+    "write_bvh",
     "write_gltf",
     "write_keyframes",
     "write_mesh",

@@ -6,6 +6,7 @@ from dataclasses import replace
 from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.files.bvh import checked_encoding, read_bvh_keyframes
+from symmotion.files.bvh_writing import write_bvh, write_bvh_keyframes
 from symmotion.files.cameras import is_colmap, is_transforms, read_colmap, read_log, read_transforms
 from symmotion.files.films import FPS, SECONDS, check_film, write_film
 from symmotion.files.formats import Format, Option
@@ -95,7 +96,7 @@ FORMATS = tuple(replace(row, whole=True) for row in (
            reading=(TIMES,), claims=is_transforms),
     Format("log", ("log",), "keyframes", "cameras of an Open3D trajectory", read_log, reading=(TIMES,)),
     Format("bvh", ("bvh",), "keyframes", "a joint of a skeleton, frame by frame", read_bvh_keyframes,
-           reading=(TIMES, NODE, OFFSETS, FRAMES, ENCODING)),
+           write_bvh_keyframes, (TIMES, NODE, OFFSETS, FRAMES, ENCODING)),
     Format("gltf", ("glb", "gltf"), "keyframes", "an animated node in the scene, at its keys", read_gltf,
            reading=(TIMES, NODE, ANIMATION)),
     Format("usd", ENDINGS, "keyframes", "a prim in the scene, at its time samples", read_usd,
@@ -106,6 +107,8 @@ FORMATS = tuple(replace(row, whole=True) for row in (
            writing=(SAMPLE_TIMES, RATE)),
     Format("tum", ("tum",), "motion", "samples, rigid", write=write_samples_tum,
            writing=(SAMPLE_TIMES, RATE, ORTHONORMALISE)),
+    Format("bvh", ("bvh",), "motion", "a rigid body, sampled at equal steps", write=write_bvh,
+           writing=(RATE, ORTHONORMALISE)),
     Format("glb", ("glb",), "scene", "an animated glTF scene", write=write_gltf, writing=SCENE),
     Format("usd", ENDINGS, "scene", "an animated USD scene", write=write_usd, writing=SCENE, check=check_usd),
     Format("gif", ("gif",), "film", "played again and again", write=write_film, writing=FILM, check=check_film),
