@@ -15,7 +15,8 @@ from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf_keyframes
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.grids import ToolPath, read_orientation_grid, read_tool_path, write_tool_path
-from symmotion.files.reading import read_keyframes, read_motion, read_recording, read_two_parameter
+from symmotion.files.posed import AffineFit, PosedSkeleton
+from symmotion.files.reading import read_keyframes, read_motion, read_recording, read_skeleton, read_two_parameter
 from symmotion.files.recording import Recording
 from symmotion.files.skeleton import Skeleton, joint_trajectories
 from symmotion.files.table import FORMATS
@@ -27,8 +28,10 @@ from symmotion.renamed import moved
 
 __all__ = [
     "FORMATS",
+    "AffineFit",
     "Format",
     "Option",
+    "PosedSkeleton",
     "Recording",
     "Skeleton",
     "ToolPath",
@@ -40,6 +43,7 @@ __all__ = [
     "read_motion",
     "read_orientation_grid",
     "read_recording",
+    "read_skeleton",
     "read_tool_path",
     "read_two_parameter",
     "read_usd_keyframes",

@@ -114,8 +114,8 @@ UNEVEN = sm.Keyframes([0.0, 1.0, 3.0], KEYS.linear[:3])
     ("motion", "options", "message"),
     [
         (UNEVEN, {}, "a.bvh: bvh has frames at equal steps of time, and these are not: `symmotion smooth`"),
-        (sm.Keyframes([0.0, 1.0], 2 * KEYS.linear[:2]), {}, "a.bvh: bvh holds rigid 3D keyframes: position . is not rigid"),
-        (sm.Keyframes([0.0, 1.0], np.tile(np.eye(2), (2, 1, 1))), {}, "a.bvh: bvh holds rigid 3D keyframes: a rotation"),
+        (sm.Keyframes([0.0, 1.0], 2 * KEYS.linear[:2]), {}, "a.bvh: bvh holds rigid 3D keyframes: position . is"),
+        (sm.Keyframes([0.0, 1.0], np.tile(np.eye(2), (2, 1, 1))), {}, "a.bvh: bvh holds rigid 3D keyframes: a"),
         (KEYS, {"rate": 3}, "a.bvh: rate and orthonormalise are of motions"),
         ({"a": KEYS, "b": KEYS[:4]}, {}, "a.bvh, b: bodies of one file have the same times"),
         ({}, {}, "a.bvh: keyframes, or keyframes by the names of bodies"),
