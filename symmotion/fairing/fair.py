@@ -26,6 +26,8 @@ Method = Literal["greedy", "orthogonal", "least-squares", "bounded"]
 METHODS = ("greedy", "orthogonal", "least-squares", "bounded")
 Form = Literal["closed", "program"]
 STEPS_PER_KNOT = 100
+# And within tolerances, where steps that are still allowed go round in circles, so many per knot without a better net.
+PATIENCE_PER_KNOT = 20
 # How often a target is lowered for what the control quaternions lose when they are made unit ones again.
 LOWERED = 5
 
@@ -67,7 +69,7 @@ def fair(
         curve or pose motion, which is faired through its control polygon.
     method: greedy when left out, with `noise` least-squares.
     target: of G. The steps stop there; least squares finds the weight that leads there.
-    max_steps: 100 per knot when left out; divergence: the steps stop where G is this multiple of the best;
+    max_steps: 100 per knot when left out, and with a tolerance 20 without a better net; divergence: the steps stop where G is this multiple of the best;
         change: the steps stop where one changes G by less, PCG (23), which happens by chance.
     tolerance: δ, one or (n, m), in units of the faired coordinates: steps that move a control
         further are discarded; "bounded" needs it.
@@ -111,6 +113,8 @@ def fair(
     allowed = None if tolerance is None else tolerances(tolerance, net.shape[:2])
     if chosen in ("greedy", "orthogonal"):
         limits = replace(limits, knots=freedom.box.knots(jumps), tolerance=allowed, change=change or 0.0)
+        if allowed is not None and max_steps is None:
+            limits = replace(limits, patience=PATIENCE_PER_KNOT * task.knots)
 
     def run(goal: float | None) -> Found:
         if chosen in ("greedy", "orthogonal"):
