@@ -69,7 +69,8 @@ def fair(
         curve or pose motion, which is faired through its control polygon.
     method: greedy when left out, with `noise` least-squares.
     target: of G. The steps stop there; least squares finds the weight that leads there.
-    max_steps: 100 per knot when left out, and with a tolerance 20 without a better net; divergence: the steps stop where G is this multiple of the best;
+    max_steps: 100 per knot when left out, and with a tolerance 20 without a better net; divergence: the steps stop
+        where G is this multiple of the best;
         change: the steps stop where one changes G by less, PCG (23), which happens by chance.
     tolerance: δ, one or (n, m), in units of the faired coordinates: steps that move a control
         further are discarded; "bounded" needs it.
