@@ -134,6 +134,18 @@ def test_rounding_far_from_the_origin_counts():
     assert sm.excess(far, sm.SpeedBound([0.0, 0.0, 0.0], fast)).value < 1e-6
 
 
+def test_a_sphere_far_from_the_origin_is_as_sharp_as_a_place_there():
+    """‖v − c‖² is as small as the radius, whatever v and c are: 5·10⁶ m away it once was exceeded by 100 %."""
+    away = 5e6
+    far = sm.AffineMotion(MOTION.basis, MOTION.linear, MOTION.translation + away)
+    centre = MOTION(0.5 * sum(MOTION.domain)).translation + 0.1
+    near = -highest(lambda t: -norm(MOTION(t).translation - centre), KEYS.times)
+    sphere = sm.JetConstraint(
+        lambda jet: ca.sumsqr(jet.v - (centre + away)), lower=(2 * near) ** 2, upper=np.inf, power=2
+    )
+    assert sm.excess(far, sphere).value == pytest.approx(0.5, abs=1e-6)
+
+
 def test_expressions_that_are_no_polynomials_and_motions_that_are_no_splines_are_sampled():
     wave = sm.JetConstraint(lambda jet: ca.sin(jet.v[0]), lower=-np.inf, upper=0.1)
     found = sm.excess(MOTION, wave)
