@@ -2,7 +2,6 @@
 
 import argparse
 
-from symmotion.commands.films import ALL_FORMATS
 from symmotion.commands.inputs import add_reading, progress, recording_of
 from symmotion.commands.outputs import check_outputs, write_outputs
 from symmotion.commands.parsing import (
@@ -17,13 +16,14 @@ from symmotion.commands.parsing import (
 )
 from symmotion.errors import InputError, SolveError
 from symmotion.files.formats import row_of, rows
+from symmotion.files.table import FORMATS
 from symmotion.smoothing import is_rigid, plan
 
 EXAMPLE = """\
   symmotion smooth poses.tum -o motion.json motion.tum
   symmotion smooth odometry.csv --columns "time=stamp" --noise 0.005 0.01 -o smooth.csv --rate 100"""
-READ = rows(ALL_FORMATS, "read", "keyframes")
-WRITTEN = rows(ALL_FORMATS, "write", "motion", "scene", "film")
+READ = rows(FORMATS, "read", "keyframes")
+WRITTEN = rows(FORMATS, "write", "motion", "scene", "film")
 
 
 def add(commands: Commands) -> None:

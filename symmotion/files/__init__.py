@@ -19,6 +19,7 @@ from symmotion.files.recording import Recording
 from symmotion.files.skeleton import Skeleton, joint_trajectories
 from symmotion.files.table import FORMATS
 from symmotion.files.usd import write_usd
+from symmotion.files.usd_reading import read_usd_keyframes
 from symmotion.files.writing import write_keyframes, write_mesh, write_motion, write_two_parameter
 from symmotion.files.written import WrittenMotion
 from symmotion.renamed import moved
@@ -40,6 +41,7 @@ __all__ = [
     "read_recording",
     "read_tool_path",
     "read_two_parameter",
+    "read_usd_keyframes",
     "write_gltf",
     "write_keyframes",
     "write_mesh",

@@ -1,16 +1,18 @@
 """Keyframes and motions out of files: the doors, which find the format in the table."""
 
 from collections.abc import Iterable
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.bodies.places import placed
 from symmotion.errors import InputError
 from symmotion.files.columns import Told
 from symmotion.files.formats import FilePath, Format, read_file
 from symmotion.files.recording import Recording, thinned
 from symmotion.files.table import FORMATS
-from symmotion.motions import AffineMotion, Keyframes
+from symmotion.motions import Keyframes, Motion
 from symmotion.motions.two_parameter import TwoParameterMotion
 
 
@@ -49,6 +51,7 @@ def read_keyframes(
     transforms: a nerfstudio transforms.json; colmap: its images.txt; log: of Open3D; optitrack: CSV of Motive.
     bvh: a joint of a skeleton, rigid in the world, frame by frame; see `read_bvh`.
     glb, gltf: an animated node in the scene; see `read_gltf_keyframes`.
+    usda, usd, usdc, usdz: a prim in the scene, at its time samples; see `read_usd_keyframes`.
 
     columns: by role, the columns of a table, by name or number: {"time": "stamp", "translation": ["a", "b", "c"],
         "quaternion": [x, y, z, w]}, or "rotvec", "angle", "matrix", or a sequence of Euler angles as "ZYX" (capital:
@@ -59,7 +62,7 @@ def read_keyframes(
     every, rate: every n-th keyframe, or those nearest to so many per unit of time. What was chosen, left out and
     repaired, and where gaps are, is in the notes of `symmotion.files.read_recording`.
 
-    node: the joint's, body's or node's name or index; when left out the root, or the node that
+    node: the joint's, body's, node's or prim's name or index; when left out the root, or the node that
     moves and that all others which move hang from. animation: of glb and gltf, name or index;
     when left out the first that moves the node. offsets, frames, encoding: of bvh, see `read_bvh`.
 
@@ -104,18 +107,26 @@ def read_recording(
     return thinned(found, every, rate)
 
 
-def read_motion(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> AffineMotion:
-    """The motion that `write_motion` wrote to a .json file; InputError names the file and the entry at fault.
+# Any: what a motion is made of depends on the file.
+def read_motion(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> Motion[Any]:
+    """The motion of whatever kind that `write_motion` or `save` wrote to a .json file, exactly.
 
-    formats: as in `read_keyframes`.
+    formats: as in `read_keyframes`. Raises InputError that names the file and the entry at fault.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> sm.write_motion(motion, "motion.json")
     >>> sm.files.read_motion("motion.json") == motion
     True
     """
-    _require_path(path, "read_motion", AffineMotion, "this is a motion")
-    return read_file(path, AffineMotion, formats, "motion")
+    if callable(path):
+        raise InputError("read_motion takes a path; this is a motion already")
+    checks.file_path(path, "the path given to read_motion,")
+    found: Any = read_file(path, object, formats, "motion")
+    try:
+        placed(found)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return found
 
 
 def read_two_parameter(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> TwoParameterMotion:

@@ -3,13 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.bodies.places import placed
+from symmotion.bodies.places import Oriented, placed
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.text import write_csv, write_tum
 from symmotion.motions import Keyframes, rigid
 from symmotion.motions.motion import Moving
-from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.splines import check_times
 
 DEFAULT_SAMPLES = 200
@@ -18,7 +17,7 @@ RIGID_TOLERANCE = 1e-6
 
 
 def write_samples_csv(
-    motion: Moving | QuaternionMotion, path: FilePath, *, times: ArrayLike | None = None, rate: float | None = None
+    motion: Moving | Oriented, path: FilePath, *, times: ArrayLike | None = None, rate: float | None = None
 ) -> None:
     """Write samples of a motion exactly, for `read_keyframes`."""
     motion = placed(motion)
@@ -27,7 +26,7 @@ def write_samples_csv(
 
 
 def write_samples_tum(
-    motion: Moving | QuaternionMotion,
+    motion: Moving | Oriented,
     path: FilePath,
     *,
     times: ArrayLike | None = None,

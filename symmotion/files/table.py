@@ -7,6 +7,7 @@ from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.files.bvh import checked_encoding, read_bvh_keyframes
 from symmotion.files.cameras import is_colmap, is_transforms, read_colmap, read_log, read_transforms
+from symmotion.files.films import FPS, SECONDS, check_film, write_film
 from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf
 from symmotion.files.gltf_writing import write_gltf
@@ -17,7 +18,8 @@ from symmotion.files.optitrack import is_optitrack, read_optitrack
 from symmotion.files.samples import write_samples_csv, write_samples_tum
 from symmotion.files.text import read_csv, read_kitti, read_tum, read_txt, write_csv, write_kitti, write_tum
 from symmotion.files.two_parameter import is_net_json, read_net_json, read_net_npz, write_net_json, write_net_npz
-from symmotion.files.usd import write_usd
+from symmotion.files.usd import ENDINGS, check_usd, write_usd
+from symmotion.files.usd_reading import read_usd
 from symmotion.files.written import TOLERANCE
 
 
@@ -66,9 +68,14 @@ RATE = Option("rate", "samples per unit of time; default: 200 in all", float, ch
 ORTHONORMALISE = Option("orthonormalise", "write the closest rotation of each sample", bool, False)
 
 BODY = Option("body", "what moves; default: a letter F")
-SECONDS = Option("seconds", "length; default: a unit of time is a second", float, check=checks.positive)
+DURATION = Option("seconds", "length; default: a unit of time is a second", float, check=checks.positive)
 ACCURACY = Option("tolerance", "of sampled keys, relative to the motion's size", float, TOLERANCE, checks.positive)
-SCENE = (BODY, SECONDS, ACCURACY)
+SCENE = (BODY, DURATION, ACCURACY)
+FILM = (
+    BODY,
+    Option("seconds", "length of the film", float, SECONDS, checks.positive),
+    Option("fps", "frames per second", float, FPS, checks.positive),
+)
 
 FORMATS = tuple(replace(row, whole=True) for row in (
     Format("tum", ("tum",), "keyframes", "lines t tx ty tz qx qy qz qw", read_tum, write_tum, TEXT),
@@ -91,14 +98,18 @@ FORMATS = tuple(replace(row, whole=True) for row in (
            reading=(TIMES, NODE, OFFSETS, FRAMES, ENCODING)),
     Format("gltf", ("glb", "gltf"), "keyframes", "an animated node in the scene, at its keys", read_gltf,
            reading=(TIMES, NODE, ANIMATION)),
-    Format("json", ("json",), "motion", "an affine motion, exactly", read_motion_json, write_motion_json,
+    Format("usd", ENDINGS, "keyframes", "a prim in the scene, at its time samples", read_usd,
+           reading=(TIMES, NODE)),
+    Format("json", ("json",), "motion", "a motion of any kind, exactly", read_motion_json, write_motion_json,
            claims=is_motion_json),
     Format("csv", ("csv",), "motion", "samples of linear part and translation", write=write_samples_csv,
            writing=(SAMPLE_TIMES, RATE)),
     Format("tum", ("tum",), "motion", "samples, rigid", write=write_samples_tum,
            writing=(SAMPLE_TIMES, RATE, ORTHONORMALISE)),
     Format("glb", ("glb",), "scene", "an animated glTF scene", write=write_gltf, writing=SCENE),
-    Format("usda", ("usda",), "scene", "an animated USD scene", write=write_usd, writing=SCENE),
+    Format("usd", ENDINGS, "scene", "an animated USD scene", write=write_usd, writing=SCENE, check=check_usd),
+    Format("gif", ("gif",), "film", "played again and again", write=write_film, writing=FILM, check=check_film),
+    Format("mp4", ("mp4",), "film", "takes the program ffmpeg", write=write_film, writing=FILM, check=check_film),
     Format("obj", ("obj",), "mesh", "triangles as text, exactly", write=write_obj),
     Format("ply", ("ply",), "mesh", "triangles, binary, exactly", write=write_ply),
     Format("stl", ("stl",), "mesh", "triangles, binary, in single precision", write=write_stl),
