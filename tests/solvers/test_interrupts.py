@@ -32,8 +32,6 @@ def test_a_handler_that_a_callback_sets_stays():
     try:
         solver = sm.ExactNewton(callback=lambda row: signal.signal(signal.SIGALRM, mine) is None)
         solver.solve(sm.affine_program(sm.examples.planar_keyframes()))
-            sm.affine_program(sm.examples.planar_keyframes())
-        )
         assert signal.getsignal(signal.SIGALRM) is mine
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
