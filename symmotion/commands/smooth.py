@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> None:
         raise InputError("--noise: two numbers are needed, of places and of turns in rad, or 0 to interpolate")
     given = check_outputs(options, WRITTEN)
     recording = recording_of(options, READ)
-    if is_rigid(recording.keyframes) and any(row_of(p, WRITTEN).name == "tum" for p in options.output):
+    if is_rigid(recording.keyframes) and any(row_of(p, WRITTEN).name in ("tum", "bvh") for p in options.output):
         given["orthonormalise"] = True
     with at_fault("--noise") if noise is not None else at_fault(options.file):
         planned = plan(recording.keyframes, noise=0 if noise == [0.0] else noise)

@@ -4,9 +4,10 @@ from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
+from symmotion.files.posed import PosedSkeleton
 from symmotion.files.recording import Recording
 from symmotion.files.usd_library import library, read_usd_stage
-from symmotion.files.usd_scene import Scene, scene_keyframes
+from symmotion.files.usd_scene import Scene, scene_keyframes, scene_skeleton
 from symmotion.files.usd_text import Composed, read_usd_text
 from symmotion.motions import Keyframes
 from symmotion.opening import readable_bytes
@@ -38,6 +39,11 @@ def read_usd_keyframes(path: FilePath, node: str | int | None = None, *, times: 
 def read_usd(path: FilePath, *, node: str | int | None = None, times: ArrayLike | None = None) -> Recording:
     """As `read_usd_keyframes`, with notes on which prim is read where several move, and on axes and units."""
     return scene_keyframes(path, read_scene(path), node, times)
+
+
+def read_usd_skeleton(path: FilePath) -> PosedSkeleton:
+    """All prims that move and those below; InputError as `read_usd_keyframes`."""
+    return scene_skeleton(path, read_scene(path))
 
 
 def read_scene(path: FilePath) -> Scene:

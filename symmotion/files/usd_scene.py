@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
+from symmotion.files.posed import PosedSkeleton
 from symmotion.files.recording import Recording
 from symmotion.motions import Affine, Keyframes
 
@@ -66,15 +67,46 @@ def scene_keyframes(path: FilePath, scene: Scene, node: str | int | None, times:
         raise InputError(
             f"{path}: {len(codes)} times of {len(chain)} prims are too many: cut the animation into several"
         )
-    found = scene.prims[k].local(codes)
-    for i in chain[1:]:
-        found = scene.prims[i].local(codes) @ found
+    found = _carried(scene, chain, codes)
     notes = [f"prim {prim.path} is read, from which the others hang"] if node is None and len(moving) > 1 else []
     notes.append(f"{scene.up.lower()} is up in this scene, a unit of length is {scene.unit:g} m")
     try:
         return Recording(Keyframes(codes / scene.rate if times is None else times, *found), tuple(notes))
     except InputError as error:
         raise InputError(f"{path}, prim {prim.path}: {error}") from None
+
+
+def scene_skeleton(path: FilePath, scene: Scene) -> PosedSkeleton:
+    """The prims that move and those that they carry, at all time samples.
+
+    At rest they are as at the first of these.
+    """
+    chosen: dict[int, None] = {}  # in order
+    for k, prim in enumerate(scene.prims):
+        if len(prim.codes) or (prim.parent in chosen and not prim.reset):
+            chosen[k] = None
+    if not chosen:
+        raise InputError(f"{path}: holds no prim with time samples of its place, and so no skeleton")
+    chains = [scene.chain(k) for k in chosen]
+    codes = np.unique(np.concatenate([scene.prims[i].codes for chain in chains for i in chain]))
+    if len(codes) * sum(map(len, chains)) > MOST_PLACES:
+        raise InputError(
+            f"{path}: {len(codes)} times of {len(chosen)} prims are too many: cut the animation in several"
+        )
+    moved = [_carried(scene, chain, codes) for chain in chains]
+    place = {k: i for i, k in enumerate(chosen)}
+    above = [-1 if scene.prims[k].reset else place.get(scene.prims[k].parent, -1) for k in chosen]
+    linear, translation = (np.stack(part, axis=1) for part in zip(*moved, strict=True))
+    names = tuple(scene.prims[k].path for k in chosen)
+    return PosedSkeleton(names, above, codes / scene.rate, linear, translation, translation[0])
+
+
+def _carried(scene: Scene, chain: list[int], codes: np.ndarray) -> Affine:
+    """The positions of a prim in the scene, by those above it."""
+    found = scene.prims[chain[0]].local(codes)
+    for i in chain[1:]:
+        found = scene.prims[i].local(codes) @ found
+    return found
 
 
 def _default(path: FilePath, scene: Scene, moving: list[int]) -> int:

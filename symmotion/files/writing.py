@@ -21,8 +21,8 @@ def write_keyframes(
     """Write a file that `read_keyframes` reads, in the format that its ending names unless one is given.
 
     csv: columns t, a11 …, v1 …; json: the object of arrays; kitti: 3D, and times 0, 1, 2, …
-    only, since it has none; tum: rotations only. Numbers come back exactly, from tum the
-    rotations up to rounding. The file appears whole or not at all.
+    only, since it has none; tum: rotations only; bvh: rotations at equal steps of time. Numbers come back
+    exactly, from tum and bvh the rotations up to rounding. The file appears whole or not at all.
 
     formats: the table; with one of your own `(*symmotion.files.FORMATS, mine)`.
 
@@ -49,7 +49,7 @@ def write_motion(
     fps: float | None = None,
     formats: Iterable[Format] = FORMATS,
 ) -> WrittenMotion | None:
-    """Write a motion exactly (.json, for `read_motion`), sampled (.csv, .tum, for `read_keyframes`), as scene or film.
+    """Write a motion exactly (.json, for `read_motion`), sampled (.csv, .tum, .bvh), as a scene or as a film.
 
     In all but json an orientation alone turns about the origin. A scene, .glb or .usda (.usd, .usdc, .usdz), has a
     letter F in motion, or the body given: `write_gltf` and `write_usd` say how; what they say of the file's error is
@@ -57,12 +57,12 @@ def write_motion(
 
     times: (N,) increasing, N ≥ 2, of the samples; or rate: samples per unit of time from the
     start of the domain on; 200 samples from end to end when both are left out.
-    orthonormalise: in .tum write the closest rotation of each sample, rigid or not.
+    orthonormalise: in .tum and .bvh write the closest rotation of each sample, rigid or not.
     body, seconds, tolerance: of scenes, as in `write_gltf`; body, seconds, fps: of films, as in `write_animation`.
     formats: as in `write_keyframes`.
 
     Raises InputError that names the time of a sample that is singular or reflected or, unless
-    `orthonormalise`, further than 1e-6 from rigid (.tum), for options that the format does not
+    `orthonormalise`, further than 1e-6 from rigid (.tum, .bvh), for options that the format does not
     have, and for a path that cannot be written.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())

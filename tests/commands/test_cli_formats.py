@@ -132,8 +132,8 @@ def test_two_parameter_motions(tmp_path, ending):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["{keys}", "-o", "{tmp}/m.glb"], "keys.json: holds keyframes, which go into .tum, .kitti, .csv, .json; `sym"),
-        (["{motion}", "-o", "{tmp}/m.kitti"], "motion.json: holds a motion, which goes into .json, .csv, .tum, .glb"),
+        (["{keys}", "-o", "{tmp}/m.glb"], "keys.json: holds keyframes, which go into .tum, .kitti, .csv, .json, .bvh;"),
+        (["{motion}", "-o", "{tmp}/m.kitti"], "motion.json: holds a motion, which goes into .json, .csv, .tum, .bvh,"),
         (["{motion}", "-o", "{tmp}/m.obj"], "m.obj: format 'obj' is unknown; there are json, csv, tum"),
         (["{motion}", "-o", "{motion}"], "motion.json: is the file that is read, which would be lost"),
         (["{motion}", "-o", "{tmp}/m.csv", "--seconds", "2"], "--seconds goes with .glb, .usda, .usd, "),
