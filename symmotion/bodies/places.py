@@ -1,24 +1,55 @@
 """Where motions take bodies, and how large a body suits a motion."""
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from symmotion.bodies.body import Body, Shape
 from symmotion.bodies.shapes import Up
 from symmotion.errors import InputError
 from symmotion.motions import Affine, PoseMotion
+from symmotion.motions.interpolants import SegmentCurve
 from symmotion.motions.motion import Moving
 from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.motions.quaternions.curve import turning
 from symmotion.splines import Spline
 
 SAMPLES = 257
 
+# Curves of orientations alone.
+Oriented: TypeAlias = QuaternionMotion | SegmentCurve
 
-def placed(motion: Moving | QuaternionMotion) -> Moving:
+
+@dataclass(frozen=True, eq=False)
+class Turned:
+    """A curve of orientations that is no spline, as the motion that turns about the origin."""
+
+    curve: SegmentCurve
+
+    @property
+    def dimension(self) -> int:
+        return self.curve.dimension
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return self.curve.domain
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        return self.curve.breakpoints
+
+    def __call__(self, t: ArrayLike, nu: int = 0) -> Affine:
+        return turning(self.curve, t, nu)
+
+
+def placed(motion: "Moving | Oriented") -> Moving:
     """The motion as it is, an orientation alone as the motion that turns about the origin; InputError for no motion."""
     if isinstance(motion, QuaternionMotion):
         return PoseMotion(motion, Spline(motion.basis, np.zeros((motion.basis.n, 3))))
+    if isinstance(motion, SegmentCurve):
+        return Turned(motion)
     domain: Any = getattr(motion, "domain", ())  # Any: of whatever was given
     if not callable(motion) or np.shape(domain) != (2,) or not isinstance(motion(domain[0]), Affine):
         raise InputError(f"a {type(motion).__name__} is no motion over one time, with linear part and translation")

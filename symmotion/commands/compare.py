@@ -4,18 +4,28 @@ import argparse
 from pathlib import Path
 from time import perf_counter
 
-from symmotion.commands.films import ALL_FORMATS
+from symmotion.commands.inputs import add_reading, recording_of
 from symmotion.commands.objectives import OBJECTIVES, objective_by_name
-from symmotion.commands.parsing import Commands, add_command, add_input, add_spline, at_fault, check_spline, note, say
+from symmotion.commands.parsing import (
+    Commands,
+    add_command,
+    add_input,
+    add_spline,
+    at_fault,
+    check_spline,
+    named,
+    note,
+    say,
+)
 from symmotion.design.question import keyframe_notes
 from symmotion.errors import SolveError
-from symmotion.files import read_keyframes
 from symmotion.files.formats import rows
+from symmotion.files.table import FORMATS
 from symmotion.solvers import solver_by_name
 
 EXAMPLE = "  symmotion compare poses.tum --objective rigidity rigidity2 --solvers newton ipopt -o report"
 SOLVERS = ("newton", "ipopt", "elimination")
-READ = rows(ALL_FORMATS, "read", "keyframes")
+READ = rows(FORMATS, "read", "keyframes")
 
 
 def add(commands: Commands) -> None:
@@ -39,6 +49,7 @@ def add(commands: Commands) -> None:
     )
     parser.add_argument("--solvers", nargs="+", default=SOLVERS, metavar="NAME", help=f"default: {' '.join(SOLVERS)}")
     add_spline(parser)
+    add_reading(parser, READ, writes=False)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -50,7 +61,7 @@ def run(options: argparse.Namespace) -> None:
     check_spline(options)
     with at_fault("--solvers"):
         solvers = [solver_by_name(name) for name in options.solvers]
-    files = [(path, read_keyframes(path)) for path in options.files]
+    files = [(path, recording_of(options, READ, path=path).keyframes) for path in options.files]
     with at_fault("--objective"):
         asked = [[objective_by_name(name, keys.dimension) for name in options.objective] for _, keys in files]
     require_writable(options.output)
@@ -62,11 +73,12 @@ def run(options: argparse.Namespace) -> None:
             comparisons = compared(keys, objectives, options.degree, options.refine, solvers)
             result = comparison_result(keys, objectives, comparisons)
         failed |= not all(any(s.certified for s in c.found) for c in comparisons.values())
-        name = "standard input" if str(path) == "-" else path.stem
+        shown = str(named(options, path))
+        name = "standard input" if shown == "-" else path.stem
         question = f"{name}: {len(keys)} keyframes in {'the plane' if keys.dimension == 2 else 'space'}"
-        records.append(StudyRecord(f"file_{k + 1}", question, str(path), perf_counter() - began, result))
+        records.append(StudyRecord(f"file_{k + 1}", question, shown, perf_counter() - began, result))
         told = (f"{objective}\n{c}\n{c.verdict}\n" for objective, c in comparisons.items())
-        say(options, "\n".join((f"{path}: {question.partition(': ')[2]}\n", *told)))
+        say(options, "\n".join((f"{shown}: {question.partition(': ')[2]}\n", *told)))
     settings = f"Degree {options.degree}, {options.refine} inserted knots per segment."
     page = write_report(records, options.output, "symmotion: comparison", settings)
     say(options, f"report: {page}")

@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Sequence
 
 from symmotion import checks
-from symmotion.commands.films import ALL_FORMATS
 from symmotion.commands.inputs import add_reading, recording_of
 from symmotion.commands.outputs import check_outputs, write_outputs
 from symmotion.commands.parsing import (
@@ -19,6 +18,7 @@ from symmotion.commands.parsing import (
 )
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath, Format, Holds, endings, keywords, rows, rows_of
+from symmotion.files.table import FORMATS
 
 EXAMPLE = """\
   symmotion convert walk.bvh --node LeftHand -o hand.tum
@@ -35,9 +35,9 @@ SAID: dict[Holds, str] = {
     "net": "holds a two-parameter motion, which goes into",
 }
 REMEDIES: dict[Holds, str] = {"keyframes": "; `symmotion design` makes a motion of them"}
-READ = rows(ALL_FORMATS, "read", *WAYS)
-READ_KEYFRAMES = rows(ALL_FORMATS, "read", "keyframes")
-WRITTEN = rows(ALL_FORMATS, "write", *WAYS, "scene", "film")
+READ = rows(FORMATS, "read", *WAYS)
+READ_KEYFRAMES = rows(FORMATS, "read", "keyframes")
+WRITTEN = rows(FORMATS, "write", *WAYS, "scene", "film")
 
 
 def add(commands: Commands) -> None:
@@ -48,7 +48,7 @@ def add(commands: Commands) -> None:
         run,
         "keyframes, a motion or a two-parameter motion from one format to another",
         example=EXAMPLE,
-        formats=tuple(row for row in ALL_FORMATS if row in READ or row in WRITTEN),
+        formats=tuple(row for row in FORMATS if row in READ or row in WRITTEN),
     )
     add_input(parser, READ, "keyframes, a motion or a two-parameter motion")
     add_outputs(parser, WRITTEN)

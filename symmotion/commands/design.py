@@ -4,7 +4,6 @@ import argparse
 
 from symmotion import checks
 from symmotion.answers import Exploration, auto_knots, explore
-from symmotion.commands.films import ALL_FORMATS
 from symmotion.commands.inputs import add_reading, progress, recording_of
 from symmotion.commands.objectives import objective_by_name
 from symmotion.commands.outputs import check_outputs, write_outputs
@@ -25,6 +24,7 @@ from symmotion.design import affine_program, free_times_program
 from symmotion.energies import Energy
 from symmotion.errors import InputError, SolveError
 from symmotion.files.formats import rows
+from symmotion.files.table import FORMATS
 from symmotion.motions import Keyframes
 from symmotion.program import Program
 from symmotion.solvers import Solution, Solver, Status, solver_by_name
@@ -33,8 +33,8 @@ from symmotion.splines.interpolation import ENDS
 EXAMPLE = """\
   symmotion design poses.tum -o motion.json motion.csv --objective rigidity+0.001*energy
   symmotion design walk.bvh --node LeftHand -o hand.glb hand.usda hand.gif"""
-READ = rows(ALL_FORMATS, "read", "keyframes")
-WRITTEN = rows(ALL_FORMATS, "write", "motion", "scene", "film")
+READ = rows(FORMATS, "read", "keyframes")
+WRITTEN = rows(FORMATS, "write", "motion", "scene", "film")
 
 
 def add(commands: Commands) -> None:
@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> None:
             solution, found = _solve(options, keyframes, objective)
     except (InputError, SolveError) as error:
         raise type(error)(f"{options.file}: {error}") from error
-    note(options, options.file, solution.program.notes)
+    note(options, options.file, solution.notes)
     write_outputs(solution.motion, options, WRITTEN, given)
     say(options, solution if found is None else f"{solution}\n{found}")
 

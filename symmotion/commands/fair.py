@@ -3,17 +3,18 @@
 import argparse
 
 from symmotion import checks
-from symmotion.commands.films import ALL_FORMATS
+from symmotion.commands.inputs import add_pipes
 from symmotion.commands.outputs import check_outputs, write_outputs
 from symmotion.commands.parsing import Commands, add_command, add_input, add_outputs, say
 from symmotion.errors import InputError, SolveError
 from symmotion.fairing import METHODS, fair
 from symmotion.fairing.coordinates import PARTS
-from symmotion.files import read_two_parameter
-from symmotion.files.formats import rows
+from symmotion.files.formats import read_file, rows
+from symmotion.files.table import FORMATS
+from symmotion.motions.two_parameter import TwoParameterMotion
 
 EXAMPLE = "  symmotion fair net.json -o fair.json fair.npz --target 0.002"
-READ, WRITTEN = rows(ALL_FORMATS, "read", "net"), rows(ALL_FORMATS, "write", "net")
+READ, WRITTEN = rows(FORMATS, "read", "net"), rows(FORMATS, "write", "net")
 
 
 def add(commands: Commands) -> None:
@@ -29,6 +30,7 @@ def add(commands: Commands) -> None:
     )
     add_input(parser, READ, "a two-parameter motion or net")
     add_outputs(parser, WRITTEN)
+    add_pipes(parser, READ)
     parser.add_argument("--method", default="greedy", metavar="NAME", help=f"{', '.join(METHODS)}; default: greedy")
     parser.add_argument("--target", type=float, metavar="G", help="of the sum of squared jumps; default: least reached")
     parser.add_argument("--max-steps", type=int, metavar="N", help="default: 100 per knot")
@@ -45,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
     """Fair and write the motion; SolveError where the target is not reached."""
     _check(options)
     given = check_outputs(options, WRITTEN)
-    motion = read_two_parameter(options.file)
+    motion = read_file(options.file, TwoParameterMotion, FORMATS, "net", format=options.format)
     region = None if options.region is None else (options.region[:2], options.region[2:])
     try:
         result = fair(

@@ -21,33 +21,39 @@ PIPE = Path("-")
 LONG = 2.0  # seconds after which it is told that something is still going on
 
 
-def add_reading(parser: argparse.ArgumentParser, formats: Sequence[Format], thinning: bool = True) -> None:
-    """`--format`, thinning, and the options of the formats."""
+def add_pipes(parser: argparse.ArgumentParser, formats: Sequence[Format], writes: bool = True) -> None:
+    """`--format` of what is read, and `--to` of standard output where the command writes files."""
     names = ", ".join(dict.fromkeys([*(row.name for row in formats), *endings(formats)]))
     parser.add_argument("--format", metavar="NAME", help=f"of FILE, whatever its ending: {names}")
-    parser.add_argument("--to", metavar="NAME", help="format of standard output, -o -")
-    if thinning:
-        parser.add_argument("--every", type=int, metavar="N", help="keep every Nth keyframe only")
-        parser.add_argument(
-            "--keep-rate", type=float, metavar="R", help="keep the keyframes nearest to R per unit of time"
-        )
+    if writes:
+        parser.add_argument("--to", metavar="NAME", help="format of standard output, -o -")
+
+
+def add_reading(parser: argparse.ArgumentParser, formats: Sequence[Format], writes: bool = True) -> None:
+    """`--format`, `--to`, thinning, and the options of the formats."""
+    add_pipes(parser, formats, writes)
+    parser.add_argument("--every", type=int, metavar="N", help="keep every Nth keyframe only")
+    parser.add_argument("--keep-rate", type=float, metavar="R", help="keep the keyframes nearest to R per unit of time")
     add_format_options(parser, formats, "read")
 
 
-def recording_of(options: argparse.Namespace, formats: Sequence[Format], rate: float | None = None) -> Recording:
-    """The keyframes that the options ask for; what there is to say of them is said on standard error."""
+def recording_of(
+    options: argparse.Namespace, formats: Sequence[Format], rate: float | None = None, path: Path | None = None
+) -> Recording:
+    """The keyframes that the options ask for, of one of several files the one at a path; notes go to standard error."""
+    asked: Path = options.file if path is None else path
     every, kept = getattr(options, "every", None), getattr(options, "keep_rate", None)
     if every is not None:
         checks.whole(every, 1, "--every")
     if kept is not None:
         checks.positive(kept, "--keep-rate")
-    given = format_options(options, formats, "read", [row_of(options.file, formats, options.format)])
-    found = read_file(options.file, Recording, formats, "keyframes", format=options.format, options=given)
+    given = format_options(options, formats, "read", [row_of(asked, formats, options.format)])
+    found = read_file(asked, Recording, formats, "keyframes", format=options.format, options=given)
     try:
         found = thinned(found, every, kept if kept is not None else rate)
     except InputError as error:
-        raise InputError(f"{options.file}: {error}") from None
-    note(options, options.file, found.notes)
+        raise InputError(f"{asked}: {error}") from None
+    note(options, asked, found.notes)
     return found
 
 
@@ -80,7 +86,8 @@ def piped(options: argparse.Namespace) -> Iterator[None]:
 
     What was written for standard output goes there when the block ends without an error.
     """
-    reading = getattr(options, "file", None) == PIPE
+    many = getattr(options, "files", None)
+    reading = PIPE in many if isinstance(many, list) else getattr(options, "file", None) == PIPE
     outputs = getattr(options, "output", None)
     writing = isinstance(outputs, list) and PIPE in outputs
     if not reading and not writing:
@@ -90,14 +97,20 @@ def piped(options: argparse.Namespace) -> Iterator[None]:
         target = Path(directory) / f"output.{getattr(options, 'to', None)}"
         try:
             if reading:
-                options.file = _taken(Path(directory), getattr(options, "format", None))
+                taken = options.piped_input = _taken(Path(directory), getattr(options, "format", None))
+                if isinstance(many, list):
+                    options.files = [taken if p == PIPE else p for p in many]
+                else:
+                    options.file = taken
             if writing and isinstance(outputs, list):
                 if not getattr(options, "to", None):
                     raise InputError("-: standard output has no ending: name its format with --to")
                 options.output, options.piped_output = [target if p == PIPE else p for p in outputs], target
             yield
         except (InputError, SolveError) as error:
-            shown = str(error).replace(f"{directory}/input", "-").replace(f"{directory}/output", "-")
+            shown = str(error)
+            for file in (getattr(options, "piped_input", None), target):
+                shown = shown.replace(str(file), "-")
             raise type(error)(shown) from error
         if writing:
             with target.open("rb") as made:

@@ -157,7 +157,12 @@ def note(options: argparse.Namespace, culprit: object, notes: Sequence[str]) -> 
     """Lines on standard error with what there is to say of a file that is taken all the same, unless quiet."""
     if not options.quiet:
         for text in notes:
-            print(f"symmotion {options.name}: {culprit}: note: {text}", file=sys.stderr)
+            print(f"symmotion {options.name}: {named(options, culprit)}: note: {text}", file=sys.stderr)
+
+
+def named(options: argparse.Namespace, culprit: object) -> object:
+    """What a file is called, standard input as it was asked for."""
+    return "-" if culprit == getattr(options, "piped_input", None) else culprit
 
 
 def _meaning(option: Option, formats: Sequence[Format], way: Way) -> str:

@@ -2,7 +2,6 @@
 
 import argparse
 
-from symmotion.commands.films import ALL_FORMATS
 from symmotion.commands.inputs import add_reading, progress, recording_of
 from symmotion.commands.outputs import check_outputs, write_outputs
 from symmotion.commands.parsing import (
@@ -17,13 +16,14 @@ from symmotion.commands.parsing import (
 )
 from symmotion.errors import InputError, SolveError
 from symmotion.files.formats import row_of, rows
+from symmotion.files.table import FORMATS
 from symmotion.smoothing import is_rigid, plan
 
 EXAMPLE = """\
   symmotion smooth poses.tum -o motion.json motion.tum
   symmotion smooth odometry.csv --columns "time=stamp" --noise 0.005 0.01 -o smooth.csv --rate 100"""
-READ = rows(ALL_FORMATS, "read", "keyframes")
-WRITTEN = rows(ALL_FORMATS, "write", "motion", "scene", "film")
+READ = rows(FORMATS, "read", "keyframes")
+WRITTEN = rows(FORMATS, "write", "motion", "scene", "film")
 
 
 def add(commands: Commands) -> None:
@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> None:
         raise InputError("--noise: two numbers are needed, of places and of turns in rad, or 0 to interpolate")
     given = check_outputs(options, WRITTEN)
     recording = recording_of(options, READ)
-    if is_rigid(recording.keyframes) and any(row_of(p, WRITTEN).name == "tum" for p in options.output):
+    if is_rigid(recording.keyframes) and any(row_of(p, WRITTEN).name in ("tum", "bvh") for p in options.output):
         given["orthonormalise"] = True
     with at_fault("--noise") if noise is not None else at_fault(options.file):
         planned = plan(recording.keyframes, noise=0 if noise == [0.0] else noise)

@@ -68,6 +68,7 @@ def orientation_program(
     turns: ArrayLike | None = None,
     signs: Signs = "align",
     scalar_first: bool = True,
+    norms: float | None = None,
 ) -> "Program[OrientationDesign]":
     """The orientation motion of least torque, or otherwise best, through keyframes: KKS 6.1 leave it open.
 
@@ -85,6 +86,7 @@ def orientation_program(
     ends: "natural" (nothing: no torque there at the optimum), "clamped" with `end_rates` (2, 3), body
         rates in rad per unit of time, which are kept, or "periodic", the closed motion.
     turns, signs: extra turns and the reading of signs, as in `interpolate_quaternions`.
+    norms: how far lengths of quaternions may be from 1; 1e-6 when left out.
 
     Starts from the interpolating curve, or from the slerps where that overshoots: where it is not found at once, or
     neighbours turn by more than 90° and an interval is four times as long as another. Raises InputError for what cannot
@@ -98,7 +100,7 @@ def orientation_program(
     began = perf_counter()
     asked = as_constraints(constraints)
     energy = as_objective(objective, TORQUE)
-    given = OrientationKeys.of(keys, quaternions, turns, signs, scalar_first=scalar_first)
+    given = OrientationKeys.of(keys, quaternions, turns, signs, scalar_first=scalar_first, norms=norms)
     require_apart(given.times)
     design = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates)
     return replace(design.program(), build_seconds=perf_counter() - began)

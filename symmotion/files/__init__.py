@@ -10,23 +10,28 @@ write it, their options. One of your own is one more row, handed to a door:
 from typing import TYPE_CHECKING
 
 from symmotion.files.bvh import read_bvh
+from symmotion.files.bvh_writing import write_bvh
 from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf_keyframes
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.grids import ToolPath, read_orientation_grid, read_tool_path, write_tool_path
-from symmotion.files.reading import read_keyframes, read_motion, read_recording, read_two_parameter
+from symmotion.files.posed import AffineFit, PosedSkeleton
+from symmotion.files.reading import read_keyframes, read_motion, read_recording, read_skeleton, read_two_parameter
 from symmotion.files.recording import Recording
 from symmotion.files.skeleton import Skeleton, joint_trajectories
 from symmotion.files.table import FORMATS
 from symmotion.files.usd import write_usd
+from symmotion.files.usd_reading import read_usd_keyframes
 from symmotion.files.writing import write_keyframes, write_mesh, write_motion, write_two_parameter
 from symmotion.files.written import WrittenMotion
 from symmotion.renamed import moved
 
 __all__ = [
     "FORMATS",
+    "AffineFit",
     "Format",
     "Option",
+    "PosedSkeleton",
     "Recording",
     "Skeleton",
     "ToolPath",
@@ -38,8 +43,11 @@ __all__ = [
     "read_motion",
     "read_orientation_grid",
     "read_recording",
+    "read_skeleton",
     "read_tool_path",
     "read_two_parameter",
+    "read_usd_keyframes",
+    "write_bvh",
     "write_gltf",
     "write_keyframes",
     "write_mesh",

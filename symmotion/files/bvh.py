@@ -13,6 +13,7 @@ from symmotion import checks
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.numbers import finite
+from symmotion.files.posed import MOST_POSITIONS, PosedSkeleton
 from symmotion.files.recording import Recording
 from symmotion.files.skeleton import AXES, CHANNELS, OFFSETS, Joint, Skeleton, detected_offsets
 from symmotion.motions import Keyframes
@@ -21,8 +22,6 @@ from symmotion.opening import readable
 FRAMES = ("found", "claimed")
 LONGEST_LINE = 10**6
 MOST_JOINTS = 100_000
-# FRAMES × joints × 12 doubles are worked on at once: 1 GB.
-MOST_POSITIONS = 10**7
 
 
 def read_bvh(
@@ -102,6 +101,13 @@ def read_bvh_keyframes(
     except InputError as error:  # which knows no file
         raise InputError(f"{path}: {error}") from None
     return Recording(keyframes, notes)
+
+
+def read_bvh_skeleton(
+    path: FilePath, *, offsets: str | None = None, frames: str | None = None, encoding: str | None = None
+) -> PosedSkeleton:
+    """All joints of a .bvh file in all frames."""
+    return read_bvh(path, offsets=offsets, frames=frames, encoding=encoding).posed()
 
 
 class _Reader:

@@ -16,7 +16,7 @@ from symmotion.motions import Keyframes
 from symmotion.whole import whole_files
 
 FilePath = str | os.PathLike[str]
-Holds = Literal["keyframes", "motion", "scene", "film", "mesh", "net"]
+Holds = Literal["keyframes", "motion", "scene", "film", "mesh", "net", "skeleton"]
 Way = Literal["read", "write"]
 
 
@@ -47,8 +47,8 @@ class Format:
     """A row of the table of formats.
 
     name; endings: without the dot; holds: what a file of it is, "keyframes", "motion" (exactly or
-    in samples), "scene" and "film" (a motion to be looked at), "mesh" or "net" (a two-parameter
-    motion); help: one line.
+    in samples), "scene" and "film" (a motion to be looked at), "mesh", "net" (a two-parameter
+    motion) or "skeleton"; help: one line.
     read: from a path to that; write: from that and a path, to what is to be said of the file or
     None; each takes its options, `reading` and `writing`, as keywords, and is None where the format
     is not read or written.

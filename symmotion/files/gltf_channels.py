@@ -1,15 +1,21 @@
 """The channels of glTF animations: a property of a node at key times, and between."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Literal, get_args
 
 import numpy as np
 
+from symmotion import checks
 from symmotion.files.gltf_nodes import PATHS
 from symmotion.files.gltf_reading import GltfFile, Place
 from symmotion.files.keys import HermiteKeys
 from symmotion.motions.interpolants import slerp
 
 SINGLE = 4 * float(np.finfo(np.float32).eps)  # of the largest time: what clocks of single precision differ by
+Steps = Literal["hold", "keys"]
+STEPS = get_args(Steps)
+JUMP = 0.1  # of a step, in which what is held changes
 LEAST_NORM = 0.5  # quaternions of 8 bits are off by up to a hundredth; far smaller ones are no rotations
 
 
@@ -47,6 +53,20 @@ class Channel:
         """(N, c) the values of keys (N,), quaternions of norm one."""
         found = self.values[keys].astype(float)
         return found / np.linalg.norm(found, axis=1, keepdims=True) if turning else found
+
+
+def keys_of(channels: Iterable[Channel], steps: Steps = "hold") -> np.ndarray:
+    """The times at which any of the channels has a key, and where STEP keys "hold", those until which they do.
+
+    A value that a key changes is held until the last tenth of the step to it, in which motions through the keys change.
+    """
+    times = []
+    for channel in channels:
+        times.append(channel.times)
+        if checks.choice(steps, STEPS, "steps") == "hold" and channel.interpolation == "STEP":
+            jumps = np.flatnonzero((channel.values[1:] != channel.values[:-1]).any(axis=1)) + 1
+            times.append(channel.times[jumps] - JUMP * (channel.times[jumps] - channel.times[jumps - 1]))
+    return merged_keys(np.concatenate(times))
 
 
 def merged_keys(times: np.ndarray) -> np.ndarray:

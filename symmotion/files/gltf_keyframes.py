@@ -12,7 +12,17 @@ from numpy.typing import ArrayLike
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
-from symmotion.files.gltf_channels import LEAST_NORM, Channel, channel_of, merged_keys, put_on, require_turns, unit
+from symmotion.files.gltf_channels import (
+    LEAST_NORM,
+    Channel,
+    Steps,
+    channel_of,
+    keys_of,
+    merged_keys,
+    put_on,
+    require_turns,
+    unit,
+)
 from symmotion.files.gltf_nodes import (
     PATHS,
     Channels,
@@ -39,7 +49,12 @@ MOST_PLACES = 50_000_000  # keys times nodes that move
 
 
 def read_gltf_keyframes(
-    path: FilePath, node: str | int | None = None, animation: str | int | None = None, *, times: ArrayLike | None = None
+    path: FilePath,
+    node: str | int | None = None,
+    animation: str | int | None = None,
+    *,
+    times: ArrayLike | None = None,
+    steps: Steps = "hold",
 ) -> Keyframes:
     """The positions of an animated node of a .glb or .gltf file in the scene, at its key times.
 
@@ -50,8 +65,10 @@ def read_gltf_keyframes(
 
     node: name or index; left out: the only animated one, or the one that all other animated
     nodes hang from, as the root of a skeleton. animation: name or index; when left out the first that
-    moves the node. times: (M,), in place of the keys' own. Keys that agree in single precision, which clocks have, are
-    one. A file that `write_gltf` made of an affine motion gives the keyframes of its body.
+    moves the node. times: (M,), in place of the keys' own. steps: whether values of STEP keys "hold", by one more
+    keyframe where a tenth of the step to the next is left, or "keys" are read alone. Keys that agree in single
+    precision, which clocks have, are one. A file that `write_gltf` made of an affine motion gives the keyframes of its
+    body.
 
     Read are embedded buffers and files in the same directory or below; not: data of animations under compression.
     Raises InputError that names the file and the entry or byte at fault.
@@ -63,7 +80,7 @@ def read_gltf_keyframes(
     >>> sm.files.read_gltf_keyframes("poses.glb", node="body").dimension
     3
     """
-    return read_gltf(path, node=node, animation=animation, times=times).keyframes
+    return read_gltf(path, node=node, animation=animation, times=times, steps=steps).keyframes
 
 
 def read_gltf(
@@ -72,9 +89,10 @@ def read_gltf(
     node: str | int | None = None,
     animation: str | int | None = None,
     times: ArrayLike | None = None,
+    steps: Steps = "hold",
 ) -> Recording:
     """As `read_gltf_keyframes`, with notes on which animation and node are read where there are several."""
-    (keys, linear, translation), body, notes = _found(path, node, animation)
+    (keys, linear, translation), body, notes = _found(path, node, animation, steps)
     try:
         return Recording(Keyframes(keys if times is None else times, linear, translation), notes)
     except InputError as error:
@@ -84,7 +102,9 @@ def read_gltf(
 Moved = tuple[np.ndarray, np.ndarray, np.ndarray]  # times (K,), linear parts (K, 3, 3), translations (K, 3)
 
 
-def _found(path: FilePath, node: str | int | None, animation: str | int | None) -> tuple[Moved, str, tuple[str, ...]]:
+def _found(
+    path: FilePath, node: str | int | None, animation: str | int | None, steps: Steps
+) -> tuple[Moved, str, tuple[str, ...]]:
     """How a node of a file moves, its name, and notes."""
     file, where = open_gltf(path), Path(path)
     nodes, animations = file.items("nodes"), file.items("animations")
@@ -99,24 +119,35 @@ def _found(path: FilePath, node: str | int | None, animation: str | int | None) 
     index = default_node(nodes, parents, channels, where) if index is None else index
     if len(channels) > 1 and node is None:
         notes.append(f"node {named(nodes[index])} is read, from which the others hang")
-    moved = _moved(file, nodes, channels, ancestry(parents, index), index, where)
-    return moved, named(nodes[index]), tuple(notes)
+    read = _read_moving(file, nodes, channels, ancestry(parents, index), index, where)
+    every = [channel for part in read.values() for channel in part.values()]
+    keys = keys_of(every, steps)
+    if len(keys) > len(keys_of(every, "keys")):
+        notes.append("STEP keys are held until a tenth of their step is left; steps='keys' reads the keys alone")
+    return (keys, *_moved(nodes, read, keys, index, where)), named(nodes[index]), tuple(notes)
 
 
-def _moved(file: GltfFile, nodes: Items, channels: Channels, chain: list[int], index: int, path: Path) -> Moved:
-    """Where a node is at the keys of itself and of those above it."""
+def _read_moving(
+    file: GltfFile, nodes: Items, channels: Channels, chain: list[int], index: int, path: Path
+) -> dict[int, dict[str, Channel]]:
+    """The channels of a node and of those above it, of which one has some."""
     if not any(k in channels for k in chain):
         raise InputError(f"{path}: node {named(nodes[index])} does not move; animated are {listed(nodes, channels)}")
-    read = _read(file, channels, chain, nodes[index])
-    keys = merged_keys(np.concatenate([c.times for part in read.values() for c in part.values()]))
-    read = _on_all(read, keys)
+    return read_channels(file, channels, chain, nodes[index])
+
+
+def _moved(
+    nodes: Items, read: dict[int, dict[str, Channel]], keys: np.ndarray, index: int, path: Path
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where a node is at keys of itself and of those above it: linear parts and translations."""
+    read = on_all(read, keys)
     moving = sum(map(bool, read.values()))
     if len(keys) * moving > MOST_PLACES:
         raise InputError(
             f"{path}: {len(keys)} keys of {moving} nodes that move {named(nodes[index])} are more than {MOST_PLACES:g} "
             "places: cut the animation into several"
         )
-    return keys, *_carried(_steps(nodes, read), keys)
+    return _carried(_steps(nodes, read), keys)
 
 
 def _skinned(
@@ -125,24 +156,24 @@ def _skinned(
     """The affine positions of a body that four joints carry: A c_j + v = p_j, bound at the corners c_j."""
     corners = bound_corners(file)
     chains = [ancestry(parents, j) for j in joints]
-    reads = [_read(file, channels, chain, nodes[j]) for j, chain in zip(joints, chains, strict=True)]
+    reads = [read_channels(file, channels, chain, nodes[j]) for j, chain in zip(joints, chains, strict=True)]
     stamps = [c.times for read in reads for part in read.values() for c in part.values()]
     if not stamps:
         raise InputError(f"{path}: the corners of the body do not move; animated are {listed(nodes, channels)}")
     keys = merged_keys(np.concatenate(stamps))
-    places = np.stack([_carried(_steps(nodes, _on_all(read, keys)), keys)[1] for read in reads], axis=1)
+    places = np.stack([_carried(_steps(nodes, on_all(read, keys)), keys)[1] for read in reads], axis=1)
     inverse = np.linalg.inv(np.column_stack([corners, np.ones(4)]))
     maps = np.swapaxes(inverse @ places, 1, 2)
     return keys, maps[:, :, :3], maps[:, :, 3]
 
 
-def _on_all(read: dict[int, dict[str, Channel]], keys: np.ndarray) -> dict[int, dict[str, Channel]]:
+def on_all(read: dict[int, dict[str, Channel]], keys: np.ndarray) -> dict[int, dict[str, Channel]]:
     return {
         k: {name: put_on(channel, keys) for name, channel in part.items()} if part else part for k, part in read.items()
     }
 
 
-def _read(file: GltfFile, channels: Channels, chain: list[int], node: Place) -> dict[int, dict[str, Channel]]:
+def read_channels(file: GltfFile, channels: Channels, chain: list[int], node: Place) -> dict[int, dict[str, Channel]]:
     """The channels of a node and of those above it, upwards."""
     read: dict[int, dict[str, Channel]] = {}
     count = 0
@@ -167,9 +198,9 @@ def _steps(nodes: Items, read: dict[int, dict[str, Channel]]) -> list[Step]:
     steps: list[Step] = []
     for moves, part in groupby(read, lambda k: bool(read[k])):
         if moves:
-            steps += [partial(_local, nodes[k], read[k]) for k in part]
+            steps += [partial(local_of, nodes[k], read[k]) for k in part]
         else:
-            still = _standing(nodes, list(part))
+            still = standing(nodes, list(part))
             steps.append(lambda times, still=still: still)
     return steps
 
@@ -187,7 +218,7 @@ def _carried(steps: list[Step], times: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return read_only(linear), read_only(translation)
 
 
-def _local(node: Place, channels: dict[str, Channel], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def local_of(node: Place, channels: dict[str, Channel], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Linear parts (N, 3, 3) and translations (N, 3) of a node in its parent's frame."""
     matrix = node.get("matrix")
     if matrix is not None:
@@ -220,7 +251,7 @@ def _at_rest(nodes: Items, which: list[int], name: str) -> np.ndarray:
     return np.array([rest if (still := nodes[k].get(name)) is None else still.numbers(count) for k in which])
 
 
-def _standing(nodes: Items, which: list[int]) -> tuple[np.ndarray, np.ndarray]:
+def standing(nodes: Items, which: list[int]) -> tuple[np.ndarray, np.ndarray]:
     """Linear part (1, 3, 3) and translation (1, 3) of nodes that stand still, each in the next one's frame."""
     linear, translation = np.eye(3)[None], np.zeros((1, 3))
     for begin in range(0, len(which), PART):
@@ -230,7 +261,7 @@ def _standing(nodes: Items, which: list[int]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _chained(nodes: Items, which: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """As `_standing`, of so few that there is memory for all of them at once."""
+    """As `standing`, of so few that there is memory for all of them at once."""
     parts = {name: _at_rest(nodes, which, name) for name in PATHS}
     given = [i for i, k in enumerate(which) if "matrix" in cast(dict, nodes.values[k])]
     matrices = {i: nodes[which[i]]["matrix"].numbers(16).reshape(4, 4).T for i in given}

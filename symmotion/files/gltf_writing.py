@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from symmotion.bodies import Body, Shape
-from symmotion.bodies.places import carried, dimension_of, extent, fitting_body, in_space, placed
+from symmotion.bodies.places import Oriented, carried, dimension_of, extent, fitting_body, in_space, placed
 from symmotion.files import keys as key
 from symmotion.files.formats import FilePath, format_of, require_order
 from symmotion.files.gltf_document import DocumentBuilder
@@ -58,7 +58,7 @@ class Target:
 
 
 def write_gltf(
-    motion: Moving | QuaternionMotion,
+    motion: Moving | Oriented,
     path: FilePath,
     body: Shape | None = None,
     *,

@@ -114,15 +114,15 @@ def _horner(series: list[np.ndarray], x: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def breakpoints(motion: Moving) -> np.ndarray:
-    """The times where a motion is made of other pieces, ends included; for kinds unknown here 17 equidistant ones."""
-    if isinstance(motion, AffineMotion):
-        return motion.basis.breakpoints
+    """The times where a motion is made of other pieces, ends included, and 17 equidistant ones if it may turn far."""
     if isinstance(motion, PoseMotion):
         both = np.concatenate([turning_points(motion.orientation), motion.translation.breakpoints])
         return distinct(both, motion.domain)
-    if isinstance(motion, Interpolant):
-        return motion.keyframes.times
-    return np.linspace(*motion.domain, 17)
+    own: np.ndarray | None = getattr(motion, "breakpoints", None)
+    if own is not None and isinstance(motion, AffineMotion | Interpolant):
+        return own
+    even = np.linspace(*motion.domain, 17)
+    return even if own is None else distinct(np.concatenate([own, even]), own)
 
 
 def turning_points(curve: QuaternionMotion) -> np.ndarray:

@@ -1,4 +1,6 @@
-"""Affine motions as JSON objects, exactly."""
+"""Motions as JSON objects, exactly."""
+
+from typing import get_args
 
 import numpy as np
 
@@ -6,7 +8,10 @@ from symmotion.errors import InputError
 from symmotion.files.documents import entries_of, outline_of, read_list, require_entries
 from symmotion.files.formats import FilePath
 from symmotion.files.saved import class_saved, load_as
-from symmotion.motions import AffineMotion
+from symmotion.motions import AffineMotion, CurveMotion, PoseMotion, RationalMotion
+from symmotion.motions.interpolants import SegmentCurve
+from symmotion.motions.interpolants.blends import Interpolant
+from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis
 
@@ -15,10 +20,14 @@ MARK = {"symmotion": "affine-motion", "version": 1}
 ENTRIES = ("degree", "periodic", "knots", "linear", "translation")
 
 
-def read_motion_json(path: FilePath) -> AffineMotion:
+Kept = AffineMotion | PoseMotion | QuaternionMotion | RationalMotion | CurveMotion | Interpolant | SegmentCurve
+KINDS: tuple[type[Kept], ...] = get_args(Kept)
+
+
+def read_motion_json(path: FilePath) -> Kept:
     """The motion that `save` wrote, or `write_motion` of 0.1.0; InputError names the file and the entry at fault."""
     if class_saved(outline_of(path)) is not None:
-        return load_as(path, AffineMotion)
+        return load_as(path, KINDS, "motion")
     document = entries_of(path)
     mark, version = (document.get(name) for name in MARK)
     if mark != MARK["symmotion"]:
@@ -39,17 +48,21 @@ def read_motion_json(path: FilePath) -> AffineMotion:
         raise InputError(f"{path}: {error}") from None
 
 
-def write_motion_json(motion: AffineMotion, path: FilePath) -> None:
-    """Write a motion as its `save` does; InputError for motions of other kinds and for controls that are not finite."""
-    if not isinstance(motion, AffineMotion):
-        raise InputError(f"{path}: json holds an AffineMotion: {type(motion).__name__} does not go into it")
-    finite = np.isfinite(motion.spline.control_points).all(axis=1)
-    if not finite.all():
-        raise InputError(f"{path}: control {int(np.argmin(finite))} of the motion is not finite")
+def write_motion_json(motion: Kept, path: FilePath) -> None:
+    """Write a motion as its `save` does; InputError for classes of your own and for controls that are not finite."""
+    if not isinstance(motion, KINDS):
+        raise InputError(
+            f"{path}: json holds motions of {', '.join(kind.__name__ for kind in KINDS)}: a {type(motion).__name__} "
+            "does not go into it; write csv"
+        )
+    if isinstance(motion, AffineMotion):
+        finite = np.isfinite(motion.spline.control_points).all(axis=1)
+        if not finite.all():
+            raise InputError(f"{path}: control {int(np.argmin(finite))} of the motion is not finite")
     save(motion, path)
 
 
 def is_motion_json(path: FilePath) -> bool:
-    """Whether a JSON file has the mark of a motion, or was saved from an affine one."""
+    """Whether a JSON file has the mark of a motion, or was saved from one."""
     document = outline_of(path)
-    return class_saved(document) == "AffineMotion" or document.get("symmotion") == MARK["symmotion"]
+    return class_saved(document) in {kind.__name__ for kind in KINDS} or document.get("symmotion") == MARK["symmotion"]

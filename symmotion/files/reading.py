@@ -1,16 +1,19 @@
 """Keyframes and motions out of files: the doors, which find the format in the table."""
 
 from collections.abc import Iterable
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.bodies.places import placed
 from symmotion.errors import InputError
 from symmotion.files.columns import Told
 from symmotion.files.formats import FilePath, Format, read_file
+from symmotion.files.posed import PosedSkeleton
 from symmotion.files.recording import Recording, thinned
 from symmotion.files.table import FORMATS
-from symmotion.motions import AffineMotion, Keyframes
+from symmotion.motions import Keyframes, Motion
 from symmotion.motions.two_parameter import TwoParameterMotion
 
 
@@ -32,6 +35,7 @@ def read_keyframes(
     offsets: str | None = None,
     frames: str | None = None,
     encoding: str | None = None,
+    steps: str | None = None,
     formats: Iterable[Format] = FORMATS,
 ) -> Keyframes:
     """Keyframes from a file of at most 512 MB, in the format that its ending names unless one is given; .gz too.
@@ -49,6 +53,7 @@ def read_keyframes(
     transforms: a nerfstudio transforms.json; colmap: its images.txt; log: of Open3D; optitrack: CSV of Motive.
     bvh: a joint of a skeleton, rigid in the world, frame by frame; see `read_bvh`.
     glb, gltf: an animated node in the scene; see `read_gltf_keyframes`.
+    usda, usd, usdc, usdz: a prim in the scene, at its time samples; see `read_usd_keyframes`.
 
     columns: by role, the columns of a table, by name or number: {"time": "stamp", "translation": ["a", "b", "c"],
         "quaternion": [x, y, z, w]}, or "rotvec", "angle", "matrix", or a sequence of Euler angles as "ZYX" (capital:
@@ -59,9 +64,10 @@ def read_keyframes(
     every, rate: every n-th keyframe, or those nearest to so many per unit of time. What was chosen, left out and
     repaired, and where gaps are, is in the notes of `symmotion.files.read_recording`.
 
-    node: the joint's, body's or node's name or index; when left out the root, or the node that
+    node: the joint's, body's, node's or prim's name or index; when left out the root, or the node that
     moves and that all others which move hang from. animation: of glb and gltf, name or index;
-    when left out the first that moves the node. offsets, frames, encoding: of bvh, see `read_bvh`.
+    when left out the first that moves the node. steps: of glb and gltf, whether STEP keys "hold", or "keys" are
+    read alone. offsets, frames, encoding: of bvh, see `read_bvh`.
 
     times: (M,), in place of the file's; 0, 1, 2, … where neither are given.
 
@@ -77,7 +83,7 @@ def read_keyframes(
     _require_path(path, "read_keyframes", Keyframes, "these are keyframes")
     given = {"times": times, "delimiter": delimiter, "node": node, "animation": animation, "columns": columns}
     given |= {"angles": angles, "lost": lost, "repeated": repeated, "norms": norms}
-    given |= {"offsets": offsets, "frames": frames, "encoding": encoding}
+    given |= {"offsets": offsets, "frames": frames, "encoding": encoding, "steps": steps}
     return read_recording(path, format, every=every, rate=rate, formats=formats, **given).keyframes
 
 
@@ -104,18 +110,55 @@ def read_recording(
     return thinned(found, every, rate)
 
 
-def read_motion(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> AffineMotion:
-    """The motion that `write_motion` wrote to a .json file; InputError names the file and the entry at fault.
+def read_skeleton(
+    path: FilePath,
+    format: str | None = None,
+    *,
+    animation: str | int | None = None,
+    offsets: str | None = None,
+    frames: str | None = None,
+    encoding: str | None = None,
+    steps: str | None = None,
+    formats: Iterable[Format] = FORMATS,
+) -> PosedSkeleton:
+    """All joints of a skeleton as they move, with keyframes of each and of the whole.
 
-    formats: as in `read_keyframes`.
+    bvh: of all frames, see `read_bvh`, offsets, frames, encoding too; glb, gltf: the joints of skins and the nodes that
+    an animation moves, with those below, at all its keys; usda, usd, usdc, usdz: the prims that move, with those below.
+
+    animation: of glb and gltf, name or index; the first that moves anything when left out. steps, format, formats: as
+    in `read_keyframes`. Raises InputError that names the file and the line or entry at fault.
+
+    >>> sm.files.write_bvh({"left": (keys := sm.examples.random_keyframes(4, 40, seed=1)), "right": keys}, "two.bvh")
+    >>> sm.files.read_skeleton("two.bvh").names
+    ('Bodies', 'left', 'left end', 'right', 'right end')
+    """
+    _require_path(path, "read_skeleton", PosedSkeleton, "this is a skeleton")
+    given = {"animation": animation, "offsets": offsets, "frames": frames, "encoding": encoding, "steps": steps}
+    return read_file(path, PosedSkeleton, formats, "skeleton", format=format, options=given)
+
+
+# Any: what a motion is made of depends on the file.
+def read_motion(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> Motion[Any]:
+    """The motion of whatever kind that `write_motion` or `save` wrote to a .json file, exactly.
+
+    formats: as in `read_keyframes`. Raises InputError that names the file and the entry at fault.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> sm.write_motion(motion, "motion.json")
     >>> sm.files.read_motion("motion.json") == motion
     True
     """
-    _require_path(path, "read_motion", AffineMotion, "this is a motion")
-    return read_file(path, AffineMotion, formats, "motion")
+    if callable(path):
+        raise InputError("read_motion takes a path; this is a motion already")
+    checks.file_path(path, "the path given to read_motion,")
+    # Any: what the file holds.
+    found: Any = read_file(path, object, formats, "motion")
+    try:
+        placed(found)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return found
 
 
 def read_two_parameter(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> TwoParameterMotion:

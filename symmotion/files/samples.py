@@ -3,13 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.bodies.places import placed
+from symmotion.bodies.places import Oriented, placed
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.text import write_csv, write_tum
 from symmotion.motions import Keyframes, rigid
 from symmotion.motions.motion import Moving
-from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.splines import check_times
 
 DEFAULT_SAMPLES = 200
@@ -18,16 +17,16 @@ RIGID_TOLERANCE = 1e-6
 
 
 def write_samples_csv(
-    motion: Moving | QuaternionMotion, path: FilePath, *, times: ArrayLike | None = None, rate: float | None = None
+    motion: Moving | Oriented, path: FilePath, *, times: ArrayLike | None = None, rate: float | None = None
 ) -> None:
     """Write samples of a motion exactly, for `read_keyframes`."""
     motion = placed(motion)
-    chosen = _times(motion, times, rate)
+    chosen = sample_times(motion, times, rate)
     write_csv(Keyframes(chosen, *motion(chosen)), path)
 
 
 def write_samples_tum(
-    motion: Moving | QuaternionMotion,
+    motion: Moving | Oriented,
     path: FilePath,
     *,
     times: ArrayLike | None = None,
@@ -39,19 +38,24 @@ def write_samples_tum(
     orthonormalise: however far the samples are from rigid, else at most 1e-6.
     """
     motion = placed(motion)
-    chosen = _times(motion, times, rate)
+    write_tum(rigid_samples(motion, sample_times(motion, times, rate), path, orthonormalise), path)
+
+
+def rigid_samples(motion: Moving, times: np.ndarray, path: FilePath, orthonormalise: bool) -> Keyframes:
+    """The motion at times (N,), with the closest rotations; InputError as for `write_samples_tum`."""
     try:
-        samples = rigid.orthonormalise(motion, chosen)
+        samples = rigid.orthonormalise(motion, times)
     except InputError as error:
         raise InputError(f"{path}: {error}: write csv or json") from None
     far = samples.deviations > (np.inf if orthonormalise else RIGID_TOLERANCE)
     if far.any():
-        time = chosen[np.argmax(far)]
+        time = times[np.argmax(far)]
         raise InputError(f"{path}: the motion is not rigid at time {time}: orthonormalise, or write csv or json")
-    write_tum(samples.keyframes, path)
+    return samples.keyframes
 
 
-def _times(motion: Moving, times: ArrayLike | None, rate: float | None) -> np.ndarray:
+def sample_times(motion: Moving, times: ArrayLike | None, rate: float | None) -> np.ndarray:
+    """(N,) those given, or so many per unit of time from the beginning on, 200 in all where neither is given."""
     a, b = motion.domain
     if times is not None and rate is not None:
         raise InputError("times and rate are two ways to say the same: give one")

@@ -17,9 +17,9 @@ def class_saved(document: Mapping[str, object]) -> str | None:
     return name if document.get("symmotion") == MARK["symmotion"] and isinstance(name, str) else None
 
 
-def load_as(path: FilePath, kind: type[Kind]) -> Kind:
-    """What was saved, of this class; InputError for another."""
+def load_as(path: FilePath, kind: type[Kind] | tuple[type[Kind], ...], what: str) -> Kind:
+    """What was saved, of this class or one of these; InputError that says what is needed for another."""
     found = load(path)
     if not isinstance(found, kind):
-        raise InputError(f"{path}: holds a {type(found).__name__}: a {kind.__name__} is needed; `load` reads any")
+        raise InputError(f"{path}: holds a {type(found).__name__}: a {what} is needed; `load` reads any")
     return found

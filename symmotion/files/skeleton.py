@@ -1,15 +1,15 @@
 """Skeletons with recorded joint angles: where their joints go, and keyframes of it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from symmotion import checks
 from symmotion.brief import in_a_line
 from symmotion.errors import InputError
-from symmotion.motions import Keyframes, copy_deviations, keyframes_from_copies
+from symmotion.files.posed import AffineFit, PosedSkeleton, index_of
+from symmotion.motions import Keyframes
 
 AXES = "XYZ"
 NEAR = 0.1  # of an offset, within which a first frame tells what channels mean
@@ -30,13 +30,6 @@ class Joint:
     channels: tuple[str, ...]
 
     __repr__ = in_a_line
-
-
-class AffineFit(NamedTuple):
-    """Affine keyframes of joints; deviations: (F,) the root mean square distance that each leaves."""
-
-    keyframes: Keyframes
-    deviations: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,16 +86,7 @@ class Skeleton:
 
     def index(self, joint: str | int) -> int:
         """The index of a joint by its name; InputError where there is no such, or more than one."""
-        if isinstance(joint, str):
-            found = [i for i, name in enumerate(self.names) if name == joint]
-            if len(found) != 1:
-                few = ", ".join(self.names[:12]) + (" …" if len(self.names) > 12 else "")
-                remedy = f"give an index: {', '.join(map(str, found[:12]))}" if found else f"there are {few}"
-                raise InputError(f"{len(found)} joints are called {joint!r:.60}; {remedy}")
-            return found[0]
-        if not 0 <= joint < len(self.joints):
-            raise InputError(f"joint {joint} does not exist: there are {len(self.joints)}")
-        return joint
+        return index_of(self.names, joint)
 
     @property
     def rest(self) -> np.ndarray:
@@ -118,18 +102,30 @@ class Skeleton:
         rotations, places = joint_positions(self, [i])
         return Keyframes(self.times, rotations[:, 0], places[:, 0])
 
-    def affine_keyframes(self, joints: Sequence[str | int] | None = None) -> AffineFit:
-        """The affine maps that carry joints at rest closest to where they are, frame by frame.
+    def affine_keyframes(
+        self, joints: Sequence[str | int] | None = None, *, reference: int | None = None, rigid: bool = False
+    ) -> AffineFit:
+        """The affine maps that carry joints as they are in a reference closest to where they are, frame by frame.
 
-        Least Σ_j ‖v_i + A_i p_j − p_j(t_i)‖² over the joints, all when left out; p_j at rest. See
-        `keyframes_from_copies`. Raises InputError where the joints lie in a plane, at rest or in
-        a frame (which it names as a copy): they fix no affine map.
+        See `PosedSkeleton.affine_keyframes`.
         """
-        chosen = range(len(self.joints)) if joints is None else [self.index(j) for j in joints]
-        chosen = list(chosen)
-        shape, copies = self.rest[chosen], joint_positions(self, chosen)[1]
-        keyframes = keyframes_from_copies(shape, copies, times=self.times)
-        return AffineFit(keyframes, copy_deviations(keyframes, shape, copies))
+        return self.posed(joints).affine_keyframes(reference=reference, rigid=rigid)
+
+    def posed(self, joints: Sequence[str | int] | None = None) -> PosedSkeleton:
+        """Where joints, all when left out, are in all frames, and how they are turned."""
+        every = range(len(self.joints)) if joints is None else joints
+        chosen = [self.index(j) for j in every]
+        rotations, places = joint_positions(self, chosen)
+        names, among = tuple(self.names[i] for i in chosen), {i: k for k, i in enumerate(chosen)}
+        above = [self._above(i, among) for i in chosen]
+        return PosedSkeleton(names, above, self.times, rotations, places, self.rest[chosen])
+
+    def _above(self, i: int, among: Mapping[int, int]) -> int:
+        """The place of the next joint above one that has a place; −1 where none has."""
+        while (i := self.joints[i].parent) >= 0:
+            if i in among:
+                return among[i]
+        return -1
 
 
 def joint_trajectories(skeleton: Skeleton) -> np.ndarray:

@@ -5,10 +5,13 @@ from dataclasses import replace
 
 from symmotion import checks
 from symmotion.errors import InputError
-from symmotion.files.bvh import checked_encoding, read_bvh_keyframes
+from symmotion.files.bvh import checked_encoding, read_bvh_keyframes, read_bvh_skeleton
+from symmotion.files.bvh_writing import write_bvh, write_bvh_keyframes
 from symmotion.files.cameras import is_colmap, is_transforms, read_colmap, read_log, read_transforms
+from symmotion.files.films import FPS, SECONDS, check_film, write_film
 from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf
+from symmotion.files.gltf_skeletons import read_gltf_skeleton
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.keyframe_json import is_keyframes_json, read_keyframes_json, write_keyframes_json
 from symmotion.files.meshes import write_obj, write_ply, write_stl
@@ -17,7 +20,8 @@ from symmotion.files.optitrack import is_optitrack, read_optitrack
 from symmotion.files.samples import write_samples_csv, write_samples_tum
 from symmotion.files.text import read_csv, read_kitti, read_tum, read_txt, write_csv, write_kitti, write_tum
 from symmotion.files.two_parameter import is_net_json, read_net_json, read_net_npz, write_net_json, write_net_npz
-from symmotion.files.usd import write_usd
+from symmotion.files.usd import ENDINGS, check_usd, write_usd
+from symmotion.files.usd_reading import read_usd, read_usd_skeleton
 from symmotion.files.written import TOLERANCE
 
 
@@ -50,6 +54,7 @@ NORMS = Option("norms", "how far norms of quaternions may be from 1; default: 0.
 TEXT = (TIMES, DELIMITER, COLUMNS, ANGLES, LOST, REPEATED, NORMS)
 NODE = Option("node", "joint or node, by name or index; default: the root", name_or_index)
 ANIMATION = Option("animation", "animation, by name or index; default: the first that moves the node", name_or_index)
+STEPS = Option("steps", "STEP keys: hold or keys alone", str, check=one_of("hold", "keys"))
 OFFSETS = Option(
     "offsets",
     "position channels replace a joint's offset or add to it: replace or add",
@@ -66,9 +71,14 @@ RATE = Option("rate", "samples per unit of time; default: 200 in all", float, ch
 ORTHONORMALISE = Option("orthonormalise", "write the closest rotation of each sample", bool, False)
 
 BODY = Option("body", "what moves; default: a letter F")
-SECONDS = Option("seconds", "length; default: a unit of time is a second", float, check=checks.positive)
+DURATION = Option("seconds", "length; default: a unit of time is a second", float, check=checks.positive)
 ACCURACY = Option("tolerance", "of sampled keys, relative to the motion's size", float, TOLERANCE, checks.positive)
-SCENE = (BODY, SECONDS, ACCURACY)
+SCENE = (BODY, DURATION, ACCURACY)
+FILM = (
+    BODY,
+    Option("seconds", "length of the film", float, SECONDS, checks.positive),
+    Option("fps", "frames per second", float, FPS, checks.positive),
+)
 
 FORMATS = tuple(replace(row, whole=True) for row in (
     Format("tum", ("tum",), "keyframes", "lines t tx ty tz qx qy qz qw", read_tum, write_tum, TEXT),
@@ -88,17 +98,28 @@ FORMATS = tuple(replace(row, whole=True) for row in (
            reading=(TIMES,), claims=is_transforms),
     Format("log", ("log",), "keyframes", "cameras of an Open3D trajectory", read_log, reading=(TIMES,)),
     Format("bvh", ("bvh",), "keyframes", "a joint of a skeleton, frame by frame", read_bvh_keyframes,
-           reading=(TIMES, NODE, OFFSETS, FRAMES, ENCODING)),
+           write_bvh_keyframes, (TIMES, NODE, OFFSETS, FRAMES, ENCODING)),
     Format("gltf", ("glb", "gltf"), "keyframes", "an animated node in the scene, at its keys", read_gltf,
-           reading=(TIMES, NODE, ANIMATION)),
-    Format("json", ("json",), "motion", "an affine motion, exactly", read_motion_json, write_motion_json,
+           reading=(TIMES, NODE, ANIMATION, STEPS)),
+    Format("usd", ENDINGS, "keyframes", "a prim in the scene, at its time samples", read_usd,
+           reading=(TIMES, NODE)),
+    Format("json", ("json",), "motion", "a motion of any kind, exactly", read_motion_json, write_motion_json,
            claims=is_motion_json),
     Format("csv", ("csv",), "motion", "samples of linear part and translation", write=write_samples_csv,
            writing=(SAMPLE_TIMES, RATE)),
     Format("tum", ("tum",), "motion", "samples, rigid", write=write_samples_tum,
            writing=(SAMPLE_TIMES, RATE, ORTHONORMALISE)),
+    Format("bvh", ("bvh",), "motion", "a rigid body, sampled at equal steps", write=write_bvh,
+           writing=(RATE, ORTHONORMALISE)),
     Format("glb", ("glb",), "scene", "an animated glTF scene", write=write_gltf, writing=SCENE),
-    Format("usda", ("usda",), "scene", "an animated USD scene", write=write_usd, writing=SCENE),
+    Format("usd", ENDINGS, "scene", "an animated USD scene", write=write_usd, writing=SCENE, check=check_usd),
+    Format("gif", ("gif",), "film", "played again and again", write=write_film, writing=FILM, check=check_film),
+    Format("mp4", ("mp4",), "film", "takes the program ffmpeg", write=write_film, writing=FILM, check=check_film),
+    Format("bvh", ("bvh",), "skeleton", "all joints, frame by frame", read_bvh_skeleton,
+           reading=(OFFSETS, FRAMES, ENCODING)),
+    Format("gltf", ("glb", "gltf"), "skeleton", "all nodes that move and those below", read_gltf_skeleton,
+           reading=(ANIMATION, STEPS)),
+    Format("usd", ENDINGS, "skeleton", "all prims that move and those below", read_usd_skeleton),
     Format("obj", ("obj",), "mesh", "triangles as text, exactly", write=write_obj),
     Format("ply", ("ply",), "mesh", "triangles, binary, exactly", write=write_ply),
     Format("stl", ("stl",), "mesh", "triangles, binary, in single precision", write=write_stl),

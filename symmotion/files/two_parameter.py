@@ -22,7 +22,7 @@ NET = (("axis", "angle"), ("translation", "knots_u", "knots_v"))
 def read_net_json(path: FilePath) -> TwoParameterMotion:
     """The motion, or net of displacements, of a JSON object; see `read_two_parameter`."""
     if class_saved(outline_of(path)) is not None:
-        return load_as(path, TwoParameterMotion)
+        return load_as(path, TwoParameterMotion, "TwoParameterMotion")
     document = entries_of(path)
     entries = {k: read_list(path, document, k) for k in document if k not in MARK}
     return _made(path, entries, {k: document[k] for k in MARK if k in document})

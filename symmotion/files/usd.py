@@ -1,4 +1,4 @@
-"""Motions as USD in ASCII (.usda): matrices at time samples, linear between them."""
+"""Motions as USD: matrices at time samples, linear between them."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -7,27 +7,31 @@ from pathlib import Path
 import numpy as np
 
 from symmotion.bodies import Body, Shape
-from symmotion.bodies.places import carried, extent, fitting_body, in_space, placed
+from symmotion.bodies.places import Oriented, carried, extent, fitting_body, in_space, placed
 from symmotion.files import keys as key
 from symmotion.files.formats import FilePath, format_of, require_order
+from symmotion.files.usd_library import library, write_binary
 from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.motion import Moving
-from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.whole import whole_file
 
 FRAMES_PER_SECOND = 24
+ASCII = "usda"
+ENDINGS = (ASCII, "usd", "usdc", "usdz")
 
 
 def write_usd(
-    motion: Moving | QuaternionMotion,
+    motion: Moving | Oriented,
     path: FilePath,
     body: Shape | None = None,
     *,
     seconds: float | None = None,
     tolerance: float = TOLERANCE,
 ) -> WrittenMotion:
-    """Write a motion as an ASCII .usda with a transform's matrix time samples, and say how far the file is from it.
+    """Write a motion as USD with a transform's matrix time samples, and say how far the file is from it.
+
+    .usda is ASCII; .usd and .usdc, binary, and .usdz, a package, take Pixar's library, `symmotion[usd]`.
 
     The prim /Motion has one `xformOp:transform`, whose samples are transposed: USD's vectors are
     rows. Between samples USD interpolates the sixteen numbers linearly, which is the motion where
@@ -47,7 +51,8 @@ def write_usd(
     'matrix samples'
     """
     require_order(motion, path, "write_usd", "a motion")
-    format_of(path, None, ("usda",))
+    if format_of(path, None, ENDINGS) != ASCII:
+        library(path)  # here and not after the work
     motion = placed(motion)
     rate = seconds_per_unit(motion, seconds, tolerance)
     mesh = fitting_body(body, motion, up="y").in_space()
@@ -70,9 +75,19 @@ def write_usd(
     error = float(key.largest(times, deviations).max())
     written = WrittenMotion(Path(path), "matrix samples", len(times), exact, error, size)
     codes = (times - motion.domain[0]) * rate * FRAMES_PER_SECOND
+    lines = (f"{line}\n" for line in _lines(motion, times, codes, mesh, written, rate))
+    if format_of(path, None, ENDINGS) != ASCII:
+        write_binary("".join(lines), path)
+        return written
     with whole_file(path) as handle:
-        handle.writelines(f"{line}\n" for line in _lines(motion, times, codes, mesh, written, rate))
+        handle.writelines(lines)
     return written
+
+
+def check_usd(path: FilePath, **_: object) -> None:
+    """Raise InputError where the library that a file takes is not installed."""
+    if format_of(path, None, ENDINGS) != ASCII:
+        library(path)
 
 
 def _lines(

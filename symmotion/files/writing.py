@@ -6,13 +6,12 @@ from numpy.typing import ArrayLike
 
 from symmotion.bodies import Shape
 from symmotion.bodies.mesh import Mesh
-from symmotion.bodies.places import placed
+from symmotion.bodies.places import Oriented, placed
 from symmotion.files.formats import FilePath, Format, require_order, write_file
 from symmotion.files.table import FORMATS
 from symmotion.files.written import WrittenMotion
 from symmotion.motions import Keyframes
 from symmotion.motions.motion import Motion
-from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.motions.two_parameter import TwoParameterMotion
 
 
@@ -22,8 +21,8 @@ def write_keyframes(
     """Write a file that `read_keyframes` reads, in the format that its ending names unless one is given.
 
     csv: columns t, a11 …, v1 …; json: the object of arrays; kitti: 3D, and times 0, 1, 2, …
-    only, since it has none; tum: rotations only. Numbers come back exactly, from tum the
-    rotations up to rounding. The file appears whole or not at all.
+    only, since it has none; tum: rotations only; bvh: rotations at equal steps of time. Numbers come back
+    exactly, from tum and bvh the rotations up to rounding. The file appears whole or not at all.
 
     formats: the table; with one of your own `(*symmotion.files.FORMATS, mine)`.
 
@@ -38,7 +37,7 @@ def write_keyframes(
 
 
 def write_motion(
-    motion: Motion | QuaternionMotion,
+    motion: Motion | Oriented,
     path: FilePath,
     times: ArrayLike | None = None,
     rate: float | None = None,
@@ -47,21 +46,23 @@ def write_motion(
     body: Shape | None = None,
     seconds: float | None = None,
     tolerance: float | None = None,
+    fps: float | None = None,
     formats: Iterable[Format] = FORMATS,
 ) -> WrittenMotion | None:
-    """Write a motion exactly (.json, for `read_motion`) or sampled (.csv, .tum, for `read_keyframes`), or as a scene.
+    """Write a motion exactly (.json, for `read_motion`), sampled (.csv, .tum, .bvh), as a scene or as a film.
 
-    json takes an `AffineMotion`; in the others an orientation alone turns about the origin. A
-    scene, .glb or .usda, has a letter F in motion, or the body given: `write_gltf` and `write_usd`
-    say how; what they say of the file's error is returned.
+    In all but json an orientation alone turns about the origin. A scene, .glb or .usda (.usd, .usdc, .usdz), has a
+    letter F in motion, or the body given: `write_gltf` and `write_usd` say how; what they say of the file's error is
+    returned. A film, .gif or .mp4, is as `write_animation` has it.
 
     times: (N,) increasing, N ≥ 2, of the samples; or rate: samples per unit of time from the
     start of the domain on; 200 samples from end to end when both are left out.
-    orthonormalise: in .tum write the closest rotation of each sample, rigid or not.
-    body, seconds, tolerance: of scenes, as in `write_gltf`. formats: as in `write_keyframes`.
+    orthonormalise: in .tum and .bvh write the closest rotation of each sample, rigid or not.
+    body, seconds, tolerance: of scenes, as in `write_gltf`; body, seconds, fps: of films, as in `write_animation`.
+    formats: as in `write_keyframes`.
 
     Raises InputError that names the time of a sample that is singular or reflected or, unless
-    `orthonormalise`, further than 1e-6 from rigid (.tum), for options that the format does not
+    `orthonormalise`, further than 1e-6 from rigid (.tum, .bvh), for options that the format does not
     have, and for a path that cannot be written.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
@@ -78,8 +79,9 @@ def write_motion(
         "body": body,
         "seconds": seconds,
         "tolerance": tolerance,
+        "fps": fps,
     }
-    return write_file(motion, path, formats, "motion", "scene", options=given)
+    return write_file(motion, path, formats, "motion", "scene", "film", options=given)
 
 
 def write_mesh(mesh: Mesh, path: FilePath, *, formats: Iterable[Format] = FORMATS) -> None:

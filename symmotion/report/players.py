@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.bodies import Body, Shape
-from symmotion.bodies.places import body_size, dimension_of, placed
+from symmotion.bodies.places import Oriented, body_size, dimension_of, placed
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
 from symmotion.motions.motion import Moving
-from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.report.carrying import Clipped
 from symmotion.report.stills import COPIES, motion_colours, still
 from symmotion.report.tracks import ACCURACY, extent, flat, rounded, sampled
@@ -20,7 +19,7 @@ from symmotion.views.parallel import DIRECTION
 
 def player(
     name: str,
-    motions: Mapping[str, Moving | QuaternionMotion],
+    motions: Mapping[str, Moving | Oriented],
     body: Shape | None,
     caption: str,
     keyframes: Keyframes | None = None,
@@ -76,9 +75,7 @@ def player(
     )
 
 
-def _shown(
-    name: str, motions: Mapping[str, Moving | QuaternionMotion], span: tuple[float, float] | None
-) -> dict[str, Moving]:
+def _shown(name: str, motions: Mapping[str, Moving | Oriented], span: tuple[float, float] | None) -> dict[str, Moving]:
     """The motions between the times shown, orientations as motions that turn about the origin."""
     if not motions:
         raise InputError(f"player {name!r}: at least one motion is needed")

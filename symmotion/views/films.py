@@ -11,11 +11,10 @@ from matplotlib.collections import PolyCollection
 from matplotlib.typing import ColorType
 
 from symmotion.bodies import Body, Shape
-from symmotion.bodies.places import dimension_of, fitting_body, placed
+from symmotion.bodies.places import Oriented, dimension_of, fitting_body, placed
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath, format_of
 from symmotion.motions.motion import Moving
-from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.views.parallel import VIEW, lit
 from symmotion.views.style import COLOURS, INK, new_figure
 from symmotion.whole import whole_files
@@ -35,7 +34,7 @@ Picture = Callable[[float], tuple[list[np.ndarray], Sequence[ColorType]]]
 
 
 def write_animation(
-    motion: Moving | QuaternionMotion,
+    motion: Moving | Oriented,
     path: FilePath,
     body: Shape | None = None,
     *,

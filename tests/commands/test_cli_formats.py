@@ -9,8 +9,8 @@ import pytest
 
 import symmotion as sm
 from symmotion.commands import convert, design, main
-from symmotion.commands.films import ALL_FORMATS, FILM
 from symmotion.files.formats import endings
+from symmotion.files.table import FILM, FORMATS
 from symmotion.motions.nets import smooth_net
 from symmotion.views import write_animation
 
@@ -48,7 +48,7 @@ def test_help_lists_the_formats_of_the_table(command, capsys):
 
 
 def test_convert_knows_every_ending_that_is_read_or_written_of_its_kinds():
-    kinds = [row for row in ALL_FORMATS if row.holds != "mesh"]
+    kinds = [row for row in FORMATS if row.holds != "mesh"]
     assert {*endings(convert.READ), *endings(convert.WRITTEN)} == {*endings(kinds)}
 
 
@@ -132,12 +132,12 @@ def test_two_parameter_motions(tmp_path, ending):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["{keys}", "-o", "{tmp}/m.glb"], "keys.json: holds keyframes, which go into .tum, .kitti, .csv, .json; `sym"),
-        (["{motion}", "-o", "{tmp}/m.kitti"], "motion.json: holds a motion, which goes into .json, .csv, .tum, .glb"),
+        (["{keys}", "-o", "{tmp}/m.glb"], "keys.json: holds keyframes, which go into .tum, .kitti, .csv, .json, .bvh;"),
+        (["{motion}", "-o", "{tmp}/m.kitti"], "motion.json: holds a motion, which goes into .json, .csv, .tum, .bvh,"),
         (["{motion}", "-o", "{tmp}/m.obj"], "m.obj: format 'obj' is unknown; there are json, csv, tum"),
         (["{motion}", "-o", "{motion}"], "motion.json: is the file that is read, which would be lost"),
-        (["{motion}", "-o", "{tmp}/m.csv", "--seconds", "2"], "--seconds goes with .glb, .usda, .gif, .mp4: leave it"),
-        (["{motion}", "-o", "{tmp}/m.csv", "--node", "hip"], "--node goes with .csv, .bvh, .glb, .gltf: leave it out"),
+        (["{motion}", "-o", "{tmp}/m.csv", "--seconds", "2"], "--seconds goes with .glb, .usda, .usd, "),
+        (["{motion}", "-o", "{tmp}/m.csv", "--node", "hip"], "--node goes with .csv, .bvh, .glb, .gltf, .usda, .usd, "),
         (["{motion}", "-o", "{tmp}/m.csv", "--rate", "0"], "--rate 0.0: a positive number is needed"),
         (["{motion}", "-o", "{tmp}/m.tum"], "m.tum: the motion is not rigid at time"),
         (["{other}", "-o", "{tmp}/m.csv"], "other.json: holds none of keyframes, motion, net"),

@@ -73,9 +73,32 @@ def test_pipes(poses, monkeypatch, capsys):
     assert lines[0].startswith("t,a11,a12") and len(lines) == 41
 
 
+def test_compare_reads_standard_input_beside_files(poses, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stdin", Binary(poses.read_bytes()))
+    more = ["--format", "tum", "--every", "13", "--solvers", "newton", "-o", str(tmp_path / "report")]
+    assert main(["compare", "-", str(poses), *more]) == 0
+    shown = capsys.readouterr()
+    assert "-: 4 keyframes in space" in shown.out and f"{poses}: 4 keyframes in space" in shown.out
+    assert "symmotion compare: -: note: 4 of 40 keyframes are kept" in shown.err
+    assert "input.tum" not in (tmp_path / "report" / "index.html").read_text()
+
+
+def test_fair_reads_and_writes_pipes(tmp_path, monkeypatch):
+    net = sm.motions.smooth_net(5)
+    net.save(tmp_path / "net.json")
+    monkeypatch.setattr(sys, "stdin", Binary((tmp_path / "net.json").read_bytes()))
+    out = Binary()
+    monkeypatch.setattr(sys, "stdout", out)
+    assert main(["fair", "-", "--format", "json", "-o", "-", "--to", "json", "--max-steps", "0"]) == 0
+    (tmp_path / "fair.json").write_bytes(out.buffer.getvalue())
+    assert sm.files.read_two_parameter(tmp_path / "fair.json") == net
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (["fair", "-", "-o", "m.json"], "-: standard input has no ending: name its format with --format"),
+        (["compare", "-"], "-: standard input has no ending: name its format with --format"),
         (["smooth", "-", "-o", "m.json"], "-: standard input has no ending: name its format with --format"),
         (["smooth", "{poses}", "--format", "tum", "-o", "-"], "-: standard output has no ending: name its format"),
         (["smooth", "{poses}", "--format", "tum", "-o", "m.json", "--noise", "1", "2", "3"], "--noise: two numbers"),

@@ -261,8 +261,6 @@ MESH = (np.eye(3), np.array([[0, 1, 2]]))
         (infinite(), "m.glb", {}, "not finite at time 0"),
         (SPATIAL, "m.glb", {}, "a Keyframes is no motion over one time"),
         (smooth_net(5), "m.glb", {}, "a TwoParameterMotion is no motion over one time"),
-        (sm.interpolants.squad([0, 1], [[1, 0, 0, 0], [0.6, 0.8, 0, 0]]), "m.glb", {},
-         "a SegmentCurve is no motion over one time"),
         (pose_motion(), "m.gltf", {}, "m.gltf: format 'gltf' is unknown; there are glb"),
         (pose_motion(), "no/m.glb", {}, "no/m.glb: cannot be written: there is no directory"),
         (pose_motion(), "m.glb", {"seconds": 0}, "seconds 0: a positive number"),

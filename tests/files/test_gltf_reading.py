@@ -78,7 +78,7 @@ def test_every_sampler_at_the_keys_of_all(tmp_path):
     maker.animate(0, "rotation", [0, 1, 3], TURNS.as_quat() * [[1], [-1], [1]])  # signs are no matter
     maker.animate(0, "scale", [0.5, 2], scales, "STEP")
     maker.animate(0, "translation", [0, 2, 4], slopes.reshape(9, 3), "CUBICSPLINE")
-    keys = read_keyframes(maker.save(tmp_path / "a.gltf"))
+    keys = read_keyframes(maker.save(tmp_path / "a.gltf"), steps="keys")
     t = np.array([0, 0.5, 1, 2, 3, 4])
     np.testing.assert_array_equal(keys.times, t)
     held = scales[[0, 0, 0, 1, 1, 1]]
@@ -95,9 +95,30 @@ def test_keys_of_samplers_that_agree_up_to_rounding_are_one(tmp_path):
     maker = Maker({"name": "body"}).animate(0, "translation", [0, 1e6, 3e6], np.eye(3))
     # The least float32 is far below the rounding of times of the animation.
     maker.animate(0, "scale", [1e-30, 1e6], scales, "STEP")
-    keys = read_keyframes(maker.save(tmp_path / "a.gltf"))
+    keys = read_keyframes(maker.save(tmp_path / "a.gltf"), steps="keys")
     assert keys.times.tolist() == [0, 1e6, 3e6]
     np.testing.assert_array_equal(keys.linear, np.eye(3) * np.array([1, 2, 2])[:, None, None])
+
+
+def test_step_keys_hold(tmp_path):
+    """Held from 0 to 1.9 and from 2 to 3.8, nothing to hold before 5, whose value is that of 4."""
+    places = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 0, 0]])
+    maker = Maker({"name": "body"}).animate(0, "translation", [0, 2, 4, 5], places, "STEP")
+    recording = sm.files.read_recording(maker.save(tmp_path / "a.gltf"))
+    keys = recording.keyframes
+    np.testing.assert_allclose(keys.times, [0, 1.8, 2, 3.8, 4, 5], rtol=1e-15)
+    np.testing.assert_array_equal(keys.translation[:, 0], [0, 0, 1, 1, 2, 2])
+    assert (
+        recording.notes
+        == (
+            "STEP keys are held until a tenth of their step is left; steps='keys' reads the keys alone",
+            "1 gap longer",
+        )[: len(recording.notes)]
+    )
+    alone = sm.files.read_recording(tmp_path / "a.gltf", steps="keys")
+    assert (alone.keyframes.times.tolist(), alone.notes) == ([0, 2, 4, 5], ())
+    with pytest.raises(InputError, match="steps 'jump' is unknown; there are hold, keys"):
+        read_keyframes(tmp_path / "a.gltf", steps="jump")
 
 
 def test_the_nodes_above_take_part(tmp_path):

@@ -114,7 +114,7 @@ def test_write_motion_chooses_by_the_ending(tmp_path):
          {}, "the motion jumps at time 1"),
         (sm.motions.PoseMotion(pose_motion().orientation, broken_path(pose_motion().domain)), "m.usda", {},
          "the motion jumps at time 2: keys"),
-        (pose_motion(), "m.usd", {}, "m.usd: format 'usd' is unknown; there are usda"),
+        (pose_motion(), "m.usdx", {}, "m.usdx: format 'usdx' is unknown; there are usda, usd, usdc, usdz"),
         (pose_motion(), "no/m.usda", {}, "no/m.usda: cannot be written"),
         (pose_motion(), "m.usda", {"tolerance": 0}, "tolerance 0: a positive number"),
         (pose_motion(), "m.usda", {"tolerance": 1e-8}, "more than 500 keys would be needed"),

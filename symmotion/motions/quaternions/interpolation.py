@@ -35,6 +35,7 @@ def interpolate_quaternions(
     *,
     signs: Signs = "align",
     scalar_first: bool = True,
+    norms: float | None = None,
     tolerance: float = 1e-12,
     max_iterations: int = 3000,
 ) -> QuaternionMotion:
@@ -46,6 +47,7 @@ def interpolate_quaternions(
         body rates in rad/s, or "periodic" (M ≥ 4, the last keyframe equal to the first).
     turns: (M − 1,) whole turns added between neighbours, each about its own axis; negative
         ones go the other way round. signs: how those of neighbours are read, see `aligned`.
+    norms: how far lengths of quaternions may be from 1; 1e-6 when left out.
 
     Raises InputError for what cannot be, SolveError where Newton does not converge.
 
@@ -54,7 +56,7 @@ def interpolate_quaternions(
     >>> bool(np.allclose(curve.rotation(keys.times).as_matrix(), keys.linear))
     True
     """
-    keys = OrientationKeys.of(times, quaternions, turns, signs, scalar_first=scalar_first)
+    keys = OrientationKeys.of(times, quaternions, turns, signs, scalar_first=scalar_first, norms=norms)
     return interpolate_keys(keys, ends, end_rates, tolerance=tolerance, max_iterations=max_iterations)
 
 
