@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> None:
             solution, found = _solve(options, keyframes, objective)
     except (InputError, SolveError) as error:
         raise type(error)(f"{options.file}: {error}") from error
-    note(options, options.file, solution.program.notes)
+    note(options, options.file, solution.notes)
     write_outputs(solution.motion, options, WRITTEN, given)
     say(options, solution if found is None else f"{solution}\n{found}")
 

@@ -22,6 +22,7 @@ from symmotion.design.question import (
     keyframe_groups,
     keyframe_notes,
     keyframe_targets,
+    motion_notes,
     other_keyframes,
     rates_at_ends,
     require_start,
@@ -174,6 +175,9 @@ class AffineDesign:
     @property
     def notes(self) -> tuple[str, ...]:
         return keyframe_notes(self.keyframes.times, self.keyframes.linear)
+
+    def told(self, motion: AffineMotion) -> tuple[str, ...]:
+        return motion_notes(self.keyframes, motion)
 
     @property
     def basis(self) -> BSplineBasis:

@@ -24,6 +24,7 @@ from symmotion.design.question import (
     keyframe_groups,
     keyframe_notes,
     keyframe_targets,
+    motion_notes,
     other_keyframes,
     rates_at_ends,
     require_start,
@@ -167,6 +168,10 @@ class FreeTimesDesign:
     @property
     def notes(self) -> tuple[str, ...]:
         return keyframe_notes(self.keyframes.times, self.keyframes.linear)
+
+    def told(self, motion: AffineMotion) -> tuple[str, ...]:
+        keys, times = self.keyframes, motion.breakpoints[:: self.refine + 1]
+        return motion_notes(Keyframes(times, keys.linear, keys.translation), motion)
 
     @property
     def setting(self) -> Setting:

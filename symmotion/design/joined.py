@@ -14,6 +14,7 @@ from symmotion.design.question import as_constraints, assembled
 from symmotion.errors import InputError
 from symmotion.jets.space import JetSpace, Places
 from symmotion.program import Block, Constraint, Integrated, Multipliers, Program, Quadrature, Targeted, Targets
+from symmotion.program.program import Telling
 from symmotion.program.state import made_of
 
 
@@ -85,6 +86,14 @@ class JoinedDesign:
     @property
     def notes(self) -> tuple[str, ...]:
         return tuple(f"{body}: {note}" for body, p in self.programs.items() for note in p.notes)
+
+    def told(self, motion: Mapping[str, Any]) -> tuple[str, ...]:  # Any: the bodies' kinds differ
+        return tuple(
+            f"{body}: {note}"
+            for body, p in self.programs.items()
+            if isinstance(p.design, Telling)
+            for note in p.design.told(motion[body])
+        )
 
     @property
     def _settings(self) -> list[Setting]:

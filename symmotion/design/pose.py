@@ -52,6 +52,7 @@ def pose_program(
     turns: ArrayLike | None = None,
     signs: Signs = "align",
     scalar_first: bool = True,
+    norms: float | None = None,
 ) -> "Program[PoseDesign]":
     """The rigid motion of least torque and bending, or otherwise best, through poses, as one program.
 
@@ -64,7 +65,7 @@ def pose_program(
         the origin when left out, which is ∫ ‖Ω̇‖² + ‖v̈‖² and leaves position and orientation apart. It has to see the
         translation. The rest is as in `orientation_program`; `end_rates` are those of the turn.
 
-    degree, refine, knots, ends, turns, signs, scalar_first: as there. Raises InputError for what cannot be, and
+    degree, refine, knots, ends, turns, signs, scalar_first, norms: as there. Raises InputError for what cannot be, and
     SolveError where there is no curve to start from.
 
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
@@ -74,7 +75,7 @@ def pose_program(
     """
     began = perf_counter()
     asked = as_constraints(constraints)
-    given = OrientationKeys.of(keys, quaternions, turns, signs, scalar_first=scalar_first)
+    given = OrientationKeys.of(keys, quaternions, turns, signs, scalar_first=scalar_first, norms=norms)
     require_apart(given.times)
     if isinstance(keys, Keyframes) and translation is None:
         translation = keys.translation

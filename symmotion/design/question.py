@@ -13,8 +13,9 @@ from symmotion.design.independence import require_independent
 from symmotion.design.terms import distinct
 from symmotion.energies import Energy
 from symmotion.errors import InputError
-from symmotion.motions import Affine, Keyframes, as_keyframes
+from symmotion.motions import Affine, AffineMotion, Keyframes, as_keyframes
 from symmotion.motions.crowding import close_note, opposite_note, require_apart
+from symmotion.motions.rigid import squeezed_note
 from symmotion.program import Block, Constraint, DesignT, Multipliers, Program, Target, Targets
 from symmotion.splines import check_times, same_times, unified
 
@@ -77,6 +78,12 @@ def keyframe_notes(times: np.ndarray, linear: np.ndarray | None = None) -> tuple
     """What a program says of keyframes that it takes: close ones, linear parts (M, d, d) of opposite orientations."""
     found = (close_note(times), None if linear is None else opposite_note(linear))
     return tuple(note for note in found if note is not None)
+
+
+def motion_notes(keyframes: Keyframes, motion: AffineMotion) -> tuple[str, ...]:
+    """What there is to say of a motion that was found: that it squeezes a body between rigid keyframes."""
+    found = squeezed_note(keyframes, motion)
+    return () if found is None else (found,)
 
 
 def require_volume(objective: Energy, keys: Keyframes, which: np.ndarray | None = None) -> None:

@@ -152,6 +152,7 @@ def read_motion(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> Motio
     if callable(path):
         raise InputError("read_motion takes a path; this is a motion already")
     checks.file_path(path, "the path given to read_motion,")
+    # Any: what the file holds.
     found: Any = read_file(path, object, formats, "motion")
     try:
         placed(found)

@@ -60,6 +60,7 @@ def read_usd_stage(path: FilePath) -> Scene:
     return Scene(prims, stage.GetTimeCodesPerSecond(), str(geometry.GetStageUpAxis(stage)), unit)
 
 
+# Any: usd-core ships no types.
 def _local(stage: Any, place: Any, codes: np.ndarray) -> Affine:
     """The positions of a prim, whose matrices are of rows; the stage, which lives as long as somebody has it."""
     matrices = np.stack([np.array(place.GetLocalTransformation(code)) for code in codes.tolist()])

@@ -10,6 +10,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from symmotion import interrupts
 from symmotion.forking import CASADI
 from symmotion.kernels.compiled import LARGEST, Machine, has_compiler, load
 from symmotion.kernels.kernel import Kernel
@@ -129,6 +130,7 @@ class Mapped:
         outputs are valid during the call only. `use` runs on several threads where the work is
         large, and may write to different places only.
         """
+        interrupts.check()
         contiguous = [None if a is None else np.ascontiguousarray(a, dtype=float) for a in inputs]
         for a, size in zip(contiguous, self.inputs, strict=True):
             if a is not None and size and a.size != self.count * size:

@@ -91,6 +91,7 @@ class Keyframes:
         translation: ArrayLike | None = None,
         *,
         scalar_first: bool = True,
+        norms: float | None = None,
     ) -> "Keyframes":
         """Keyframes of positions in any of their forms.
 
@@ -99,8 +100,9 @@ class Keyframes:
         positions: linear parts (M, d, d); unit quaternions (M, 4), scalar first unless it is said
             that it is last; a SciPy `Rotation` or `RigidTransform` of M; homogeneous matrices (M, 4, 4) or an
             `Affine` of M positions. translation: (M, d), where they have none of their own; zero when left out.
+        norms: how far lengths of quaternions, which are divided by them, may be from 1; 1e-6 when left out.
         """
-        linear, own = _positions(positions, scalar_first)
+        linear, own = _positions(positions, scalar_first, norms)
         if translation is None:
             return Keyframes(check_times(times), linear, own)
         if np.any(own):
@@ -267,7 +269,7 @@ def require_no_path(value: object, what: str) -> None:
         raise InputError(f"{what} {path!r} is a path: read_keyframes({path!r}) gives the keyframes in the file")
 
 
-def _positions(positions: "Rotations | Affine | RigidTransform", scalar_first: bool) -> Affine:
+def _positions(positions: "Rotations | Affine | RigidTransform", scalar_first: bool, norms: float | None) -> Affine:
     """Linear parts (M, d, d) and translations (M, d) of positions in any of their forms; none where they turn only."""
     if isinstance(positions, Affine):
         return positions
@@ -279,7 +281,7 @@ def _positions(positions: "Rotations | Affine | RigidTransform", scalar_first: b
         return Affine.of(matrices.reshape(-1, 4, 4))
     given = checks.numbers(positions, "positions")
     if given.ndim == 2 and given.shape[1] == 4:
-        q = as_quaternions(given, "quaternion", scalar_first=scalar_first)
+        q = as_quaternions(given, "quaternion", scalar_first=scalar_first, norms=norms)
         return Affine(to_rotation(q).as_matrix(), np.zeros((len(q), 3)))
     if given.ndim == 3 and given.shape[1:] == (4, 4):
         return Affine.of(given)

@@ -12,6 +12,30 @@ from symmotion.values import read_only, value
 
 # Smallest over largest singular value: below it the polar factor is rounding.
 SINGULAR = 1e-12
+# Keyframes are rigid up to the first; between them singular values off by more than the second are told.
+RIGID, SQUEEZED = 1e-6, 0.1
+SQUEEZED_AT = 8  # parts of a segment, at whose borders it is looked at
+
+
+def squeezed_note(keyframes: Keyframes, motion: Moving) -> str | None:
+    """What there is to say of a motion through rigid keyframes that is far from rigid between them; None of others."""
+    linear, d = keyframes.linear, keyframes.dimension
+    if np.abs(np.swapaxes(linear, 1, 2) @ linear - np.eye(d)).max() > RIGID or (np.linalg.det(linear) < 0).any():
+        return None
+    times = keyframes.times
+    share = np.arange(1, SQUEEZED_AT) / SQUEEZED_AT
+    inside = (times[:-1, None] + np.diff(times)[:, None] * share).ravel()
+    found = motion(inside).linear
+    sizes, volumes = np.linalg.svd(found, compute_uv=False), np.linalg.det(found)
+    off = np.abs(sizes - 1).max(axis=1)
+    worst, least = int(np.argmax(off)), int(np.argmin(volumes))
+    if not off[worst] > SQUEEZED:
+        return None
+    return (
+        f"between rigid keyframes the body is squeezed: singular values of A are off by up to {off[worst]:.2g} (time "
+        f"{inside[worst]:.6g}), det A falls to {volumes[least]:.2g} (time {inside[least]:.6g}); keyframes between, "
+        "more R, R* or a pose program keep it rigid"
+    )
 
 
 def polar_factors(linear: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

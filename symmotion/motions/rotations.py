@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import floats, numbers
+from symmotion.checks import floats, numbers, positive
 from symmotion.errors import InputError
 
 if TYPE_CHECKING:
@@ -66,13 +66,20 @@ def to_rotation(q: ArrayLike) -> "Rotation":
 
 
 def as_quaternions(
-    values: "Rotations", what: str = "quaternion", least: int = 1, *, scalar_first: bool = True
+    values: "Rotations",
+    what: str = "quaternion",
+    least: int = 1,
+    *,
+    scalar_first: bool = True,
+    norms: float | None = None,
 ) -> np.ndarray:
     """(M, 4) unit quaternions, scalar first, from such an array, rotation matrices (M, 3, 3) or a SciPy `Rotation`.
 
     They are normalised to rounding. scalar_first: whether an array (M, 4) has its scalar part first or last.
 
-    Raises InputError that names the first that is not finite, zero, or not of unit length to 1e-6.
+    norms: how far their lengths may be from 1, 1e-6 when left out.
+
+    Raises InputError that names the first that is not finite, zero, or of another length.
     """
     turning = getattr(values, "rotation", values)  # of a RigidTransform
     if hasattr(turning, "as_quat"):
@@ -88,13 +95,14 @@ def as_quaternions(
     if not np.isfinite(q).all():
         raise InputError(f"{what} {int(np.argmin(np.isfinite(q).all(axis=1)))} is not finite")
     size = np.linalg.norm(q, axis=1)
-    wrong = np.abs(size - 1) > UNIT_TOLERANCE
+    tolerance = UNIT_TOLERANCE if norms is None else positive(norms, "norms")
+    wrong = (np.abs(size - 1) > tolerance) | (size < UNIT_TOLERANCE)
     if wrong.any():
         i = int(np.argmax(wrong))
         if size[i] < UNIT_TOLERANCE:
             raise InputError(f"{what} {i} is zero: it is no orientation")
         raise InputError(
-            f"{what} {i} has length {size[i]:.9g}, not 1 (tolerance {UNIT_TOLERANCE:g}): divide it by its length, and "
-            "check that its scalar part comes first"
+            f"{what} {i} has length {size[i]:.9g}, not 1 (tolerance {tolerance:g}): check that its scalar part comes "
+            "first, and divide it by its length, or allow for it with norms="
         )
     return q / np.where(np.abs(size - 1) <= ROUNDING, 1.0, size)[:, None]

@@ -207,6 +207,14 @@ class Noted(Protocol):
 
 
 @runtime_checkable
+class Telling(Protocol):
+    """A design with something to say of a motion that was found, which may not be what was meant."""
+
+    # Any: its own kind of motion, of several bodies a mapping.
+    def told(self, motion: Any) -> tuple[str, ...]: ...
+
+
+@runtime_checkable
 class Integrated(Protocol):
     """A design whose terms are integrals by Gauss nodes, of which there can be more.
 

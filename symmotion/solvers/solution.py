@@ -23,6 +23,7 @@ from symmotion.program import (
     Program,
     Quadrature,
 )
+from symmotion.program.program import Telling
 from symmotion.program.state import made_of
 from symmotion.solvers.sensitivity import Sensitivity
 from symmotion.systems import Certificate
@@ -235,6 +236,16 @@ class Solution(Generic[DesignT]):
             raise InputError("this solution has one motion: .motion")
         return motion
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What there is to say of what the program was given, and of the motion: that it squeezes a rigid body."""
+        return (*self.program.notes, *self._told)
+
+    @cached_property
+    def _told(self) -> tuple[str, ...]:
+        design = self.program.design
+        return design.told(self.motion) if isinstance(design, Telling) else ()
+
     @cached_property
     def multipliers(self) -> Multipliers:
         """Multipliers by constraint; those of "keyframes" in the keyframes' shape, `.linear` and `.translation`."""
@@ -336,8 +347,9 @@ class Solution(Generic[DesignT]):
         objective = f"{c.objective:.9g}{rough}"
         enough = self.tolerance if self.exchange is None else max(self.tolerance, self.exchange.tolerance)
         name, worst = max(c.excess.items(), key=lambda item: item[1].value, default=("", None))
+        told = "".join(f"; {note.partition(': singular')[0]}" for note in self._told)
         over = f", {worst.kind} excess {worst.value:.1e} of {name}" if worst and worst.value > enough else ""
         return (
             f"Solution({self.method}: {self.status}, objective {objective}, stationarity {c.stationarity:.1e}, "
-            f"violation {c.violation:.1e}, inertia {c.inertia}{over}, {self.iterations} iterations)"
+            f"violation {c.violation:.1e}, inertia {c.inertia}{over}, {self.iterations} iterations{told})"
         )

@@ -205,3 +205,22 @@ def test_crowded_keyframes_are_merged():
     assert KEYS.merged(within=1e9).times.tolist() == KEYS.times[[0, -1]].tolist()
     with pytest.raises(sm.InputError, match="within -1: a positive number"):
         KEYS.merged(-1)
+
+
+def test_lengths_of_quaternions_within_a_stated_tolerance():
+    q = Rotation.from_rotvec([[0, 0, 0], [0.1, 0.2, 0.3], [1, 0, 0]]).as_quat(scalar_first=True)
+    off, times = q * [[1.02], [0.97], [1.0]], [0.0, 1.0, 2.0]
+    with pytest.raises(sm.InputError, match=r"quaternion 0 has length 1.02, not 1 .*norms="):
+        sm.Keyframes.of(times, off)
+    keys = sm.Keyframes.of(times, off, norms=0.05)
+    np.testing.assert_allclose(keys.linear, sm.Keyframes.of(times, q).linear, atol=1e-15)
+    curve = sm.quaternions.interpolate_quaternions(times, off, norms=0.05)
+    np.testing.assert_allclose(np.abs(np.sum(curve(times) * q, axis=1)), 1, rtol=1e-12)
+    for program in (sm.orientation_program(times, off, norms=0.05), sm.pose_program(times, off, np.eye(3), norms=0.05)):
+        assert program.unknowns
+    with pytest.raises(sm.InputError, match="quaternion 1 has length"):
+        sm.Keyframes.of(times, off, norms=0.025)
+    with pytest.raises(sm.InputError, match="quaternion 2 is zero"):
+        sm.Keyframes.of(times, off * [[1], [1], [0]], norms=2.0)
+    with pytest.raises(sm.InputError, match="norms -1: a positive number"):
+        sm.Keyframes.of(times, off, norms=-1)

@@ -77,3 +77,34 @@ def test_least_rigidity_comes_close_to_a_rigid_motion():
 def test_what_cannot_be_made_rigid_is_named(motion, times, message):
     with pytest.raises(sm.InputError, match=message):
         orthonormalise(motion, times)
+
+
+def test_a_body_that_collapses_between_rigid_keyframes_is_told():
+    """Turned by 120° along a straight line of matrices: halfway the plane of the turn is halved, det A a quarter."""
+    turns = np.stack([sm.examples.rotation_2d(0), sm.examples.rotation_2d(120)])
+    linear = np.tile(np.eye(3), (2, 1, 1))
+    linear[:, :2, :2] = turns
+    keys = sm.Keyframes([2.0, 4.0], linear, [[0.0, 0, 0], [1, 0, 0]])
+    solution = sm.ExactNewton().solve(sm.affine_program(keys, objective=sm.TrajectoryEnergy(np.eye(3)), refine=0))
+    assert solution.status == "solved"
+    (note,) = solution.notes
+    assert "singular values of A are off by up to 0.5 (time 3), det A falls to 0.25 (time 3)" in note
+    assert repr(solution).endswith("; between rigid keyframes the body is squeezed)")
+    both = sm.ExactNewton().solve(sm.join({"a": solution.program, "b": solution.program}))
+    assert both.notes == (f"a: {note}", f"b: {note}")
+
+
+def test_free_times_tell_it_at_their_own_times():
+    keys = sm.examples.random_keyframes(4, 140, seed=1)
+    solution = sm.ExactNewton().solve(sm.free_times_program(keys, objective=sm.TrajectoryEnergy(np.eye(3)), refine=1))
+    times = solution.motion.breakpoints[::2]
+    np.testing.assert_allclose(solution.motion(times).linear, keys.linear, atol=1e-8)
+    assert "between rigid keyframes the body is squeezed" in solution.notes[-1]
+
+
+def test_keyframes_that_are_not_rigid_and_motions_that_are_say_nothing():
+    keys = sm.examples.random_keyframes(4, 40, seed=1)
+    solution = sm.ExactNewton().solve(sm.affine_program(keys))
+    assert solution.notes == () and "squeezed" not in repr(solution)
+    keys = sm.Keyframes(keys.times, 2 * keys.linear, keys.translation)
+    assert sm.ExactNewton().solve(sm.affine_program(keys, objective=sm.TrajectoryEnergy(np.eye(3)))).notes == ()

@@ -55,11 +55,13 @@ class OrientationKeys:
         signs: Signs = "align",
         *,
         scalar_first: bool = True,
+        norms: float | None = None,
     ) -> "OrientationKeys":
         """Checked keyframes; turns, signs: as in `aligned`.
 
         quaternions: (M, 4), scalar first unless it is said that it is last; or rotation matrices
-        (M, 3, 3), or a SciPy `Rotation`. Rigid `Keyframes` in space stand for times and quaternions both.
+        (M, 3, 3), or a SciPy `Rotation`; norms: as in `Keyframes.of`. Rigid
+        `Keyframes` in space stand for times and quaternions both.
         """
         require_no_path(times, "keys")
         if isinstance(times, Keyframes) != (quaternions is None):
@@ -67,7 +69,7 @@ class OrientationKeys:
         if isinstance(times, Keyframes):
             times, quaternions = times.times, times.rotations()
         assert quaternions is not None
-        q = as_quaternions(quaternions, "keyframe", 2, scalar_first=scalar_first)
+        q = as_quaternions(quaternions, "keyframe", 2, scalar_first=scalar_first, norms=norms)
         times = check_times(times)
         if len(times) != len(q):
             raise InputError(f"{len(times)} times for {len(q)} quaternions: one of each per keyframe is needed")
