@@ -33,12 +33,12 @@ def far_turns(options: StudyOptions) -> tuple[Table, str]:
     table = Table(
         "far turns",
         (
-            Column("longest interval over shortest, at most"),
-            Column("curves found"),
+            Column("intervals uneven by"),
+            Column("found"),
             Column("of"),
             Column("share, at least", "%"),
             Column("at most", "%"),
-            Column("turn travelled over turn asked for"),
+            Column("travelled over asked"),
         ),
         tuple(rows),
         "C² curves through 4 to 12 keyframes, turns up to 179° about random axes, every second case with extra turns "
