@@ -1,5 +1,7 @@
 """Ctrl-C while a solver runs: what handlers of signals raise is kept, and raised at the solver's next step.
 
+A step is whatever calls `check`: a step of a solver, an evaluation of a kernel, what else takes its time.
+
 The interpreter runs handlers wherever it is: also in the callback of a weak reference, where a library converts an
 argument, or where one is about to call back, all of which swallow what is raised in them.
 """
@@ -53,6 +55,8 @@ class kept:
         if self._handlers:
             _Kept.active = False
         for number, handler in self._handlers.items():
+            if signal.getsignal(number) != self._handle:  # a callback of the user's has set another
+                continue
             try:
                 signal.signal(number, handler)
             except BaseException as error:  # of one that is back already
@@ -68,6 +72,7 @@ def raised() -> Iterator[None]:
     if _main():
         _Kept.active = False
     try:
+        check()  # what came before, which a solve in the callback would not know of
         yield
     finally:
         if _main():

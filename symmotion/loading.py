@@ -2,14 +2,25 @@
 
 import os
 from collections.abc import Mapping
-from typing import TypeAlias
+from typing import TypeAlias, get_args
 
 import numpy as np
 
 from symmotion.curves import ArcParameter, RationalQuadratic, Retimed
 from symmotion.documents import read_document
 from symmotion.errors import InputError
-from symmotion.motions import AffineMotion, CurveMotion, Keyframes, PoseMotion, RationalMotion, TwoParameterMotion
+from symmotion.motions import (
+    AffineMotion,
+    CurveMotion,
+    Keyframes,
+    PointPath,
+    PoseMotion,
+    RationalMotion,
+    RelativeMotion,
+    RetimedMotion,
+    SequentialMotion,
+    TwoParameterMotion,
+)
 from symmotion.motions.interpolants.blends import Exponential, Interpolant, PlanarTurns, Polar, SpatialTurns, Steady
 from symmotion.motions.interpolants.slerps import SegmentCurve, SlerpBezier, Slerps, Squads
 from symmotion.motions.quaternions import QuaternionMotion
@@ -17,23 +28,23 @@ from symmotion.opening import readable_bytes
 from symmotion.saving import MARK
 from symmotion.splines import BSplineBasis, Spline
 
-Saved: TypeAlias = (
-    Spline
-    | RationalQuadratic
-    | Retimed
-    | AffineMotion
+SavedMotion: TypeAlias = (
+    AffineMotion
     | PoseMotion
     | QuaternionMotion
     | RationalMotion
     | CurveMotion
-    | TwoParameterMotion
     | Interpolant
     | SegmentCurve
-    | Keyframes
+    | RetimedMotion
+    | SequentialMotion
+    | RelativeMotion
 )
+Saved: TypeAlias = Spline | RationalQuadratic | Retimed | SavedMotion | PointPath | TwoParameterMotion | Keyframes
 
 NONE = type(None)
-CURVES = (Spline, RationalQuadratic, Retimed)
+CURVES = (Spline, RationalQuadratic, Retimed, PointPath)
+MOTIONS: tuple[type[SavedMotion], ...] = get_args(SavedMotion)
 TURNS = (Steady, PlanarTurns, SpatialTurns)
 
 # What can be in a file: the class, and what each of its fields may be.
@@ -55,6 +66,10 @@ CLASSES: dict[type, dict[str, tuple[type, ...]]] = {
         "dual": (np.ndarray, NONE),
     },
     CurveMotion: {"surface": (TwoParameterMotion,), "curve": (Spline,)},
+    RetimedMotion: {"motion": MOTIONS, "warp": (Spline, ArcParameter)},
+    SequentialMotion: {"motions": (tuple, *MOTIONS)},
+    RelativeMotion: {"motion": MOTIONS, "reference": MOTIONS},
+    PointPath: {"motion": MOTIONS, "point": (np.ndarray,)},
     Steady: {"times": (np.ndarray,), "matrices": (np.ndarray,), "logs": (np.ndarray,)},
     Exponential: {"generator": (Spline,)},
     PlanarTurns: {"angle": (Spline,)},
@@ -143,7 +158,11 @@ def _made(entry: object, where: str, before: str) -> object:
 
 
 def _field(entry: object, kinds: tuple[type, ...], where: str) -> object:
-    """An entry as one of the kinds that a field may be."""
+    """An entry as one of the kinds that a field may be, of a tuple each of its items."""
+    if tuple in kinds:
+        if not isinstance(entry, list):
+            raise InputError(f"{where}: a list is needed")
+        return tuple(_field(item, kinds[1:], f"{where}[{i}]") for i, item in enumerate(entry))
     if isinstance(entry, list | np.ndarray) and np.ndarray in kinds:
         return _array(entry, where)
     if isinstance(entry, dict):

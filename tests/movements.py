@@ -50,6 +50,14 @@ MOTIONS = {
     "Shoemake": sm.interpolants.shoemake_interpolant(RIGID.times, RIGID.rotations()),
     "Shoemake's Bézier": sm.interpolants.shoemake_bezier(QUATERNIONS[:4], [1.0, 3.0]),
 }
+MOTIONS |= {
+    "at other times": sm.motions.RetimedMotion(
+        MOTIONS["pose"], sm.curves.slow_in_out(domain=(1.0, 4.0), values=(0.1, 1.9))
+    ),
+    "backwards": sm.motions.reverse(MOTIONS["squad"]),
+    "one after the other": sm.motions.concatenate([MOTIONS[name] for name in ("pose", "squad", "affine", "rational")]),
+    "seen from another": sm.motions.RelativeMotion(MOTIONS["affine"], MOTIONS["polar, slerp"]),
+}
 PATH = sm.curves.catmull_rom([0.0, 1.0, 1.5, 3.0], RNG.normal(size=(4, 3)))
 CURVES = {
     "spline": PATH,
@@ -58,4 +66,5 @@ CURVES = {
     "rational quadratic": sm.curves.RationalQuadratic(RNG.normal(size=(3, 2)), np.sqrt(0.5), (1.0, 4.0)),
     "retimed": sm.curves.Retimed(PATH, sm.curves.slow_in_out(values=(0.0, 3.0))),
     "constant speed": constant_speed(PATH, (0.0, 2.0)),
+    "path of a point": sm.motions.PointPath(MOTIONS["pose"], [0.3, -0.2, 0.5]),
 }

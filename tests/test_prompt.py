@@ -45,6 +45,12 @@ def fitted() -> sm.Solution:
     return NEWTON.solve(sm.fit_program(sm.examples.recorded_tour(40), controls=8))
 
 
+def posed() -> sm.files.PosedSkeleton:
+    places = np.stack([MANY[:50], 2 * MANY[:50]])
+    names, turns = tuple(f"joint {k}" for k in range(50)), np.tile(np.eye(3), (2, 50, 1, 1))
+    return sm.files.PosedSkeleton(names, [-1] * 50, np.array([0.0, 1.0]), turns, places, MANY[:50])
+
+
 @cache
 def evaluator() -> sm.program.Evaluator:
     return sm.program.Evaluator(plain().program, "interpreted")
@@ -178,7 +184,11 @@ MADE: dict[str, Callable[[], object]] = {
     "OrientationKeys": lambda: sm.quaternions.OrientationKeys.of(RIGID),
     "PoseMotion": lambda: MOTIONS["pose"],
     "QuaternionMotion": lambda: MOTIONS["quaternion"],
+    "PointPath": lambda: CURVES["path of a point"],
     "RationalMotion": lambda: MOTIONS["rational"],
+    "RelativeMotion": lambda: MOTIONS["seen from another"],
+    "RetimedMotion": lambda: MOTIONS["at other times"],
+    "SequentialMotion": lambda: MOTIONS["one after the other"],
     "RigidSamples": lambda: sm.motions.orthonormalise(MOTIONS["affine in the plane"], np.linspace(0.0, 0.1, 50)),
     "SegmentCurve": lambda: MOTIONS["squad"],
     "TwoParameterMotion": lambda: NET,
@@ -211,6 +221,8 @@ MADE: dict[str, Callable[[], object]] = {
     "Format": lambda: sm.files.FORMATS[0],
     "Option": lambda: sm.files.FORMATS[0].reading[0],
     "Recording": lambda: sm.files.Recording(KEYS, ("2 of 6 rows are left out",)),
+    "AffineFit": lambda: posed().affine_keyframes(),
+    "PosedSkeleton": posed,
     "Skeleton": lambda: sm.files.Skeleton((Joint("root", -1, np.zeros(3), ("Xrotation",)),), np.zeros((200, 1)), 0.01),
     "ToolPath": lambda: sm.files.ToolPath(np.zeros(36), np.zeros(36), NET.control_displacements),
     "Column": lambda: R.Column("objective"),

@@ -145,6 +145,7 @@ def test_no_kernel_outlives_what_its_energy_says():
 
 
 Q = np.array([[1.0, 0, 0, 0], [0.6, 0.8, 0, 0], [0.6, 0, 0.8, 0]])
+MOVES = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
 # Constructors of the other classes that are made of a caller's arrays: the arrays, and what makes the value of them.
 GIVEN: dict[str, tuple[list[np.ndarray], Any]] = {
     "Keyframes": ([np.arange(3.0), np.tile(np.eye(3), (3, 1, 1)), np.ones((3, 3))], sm.Keyframes),
@@ -160,6 +161,7 @@ GIVEN: dict[str, tuple[list[np.ndarray], Any]] = {
     "RationalMotion": ([], None),
     "TwoParameterMotion": ([], None),
     "RationalQuadratic": ([np.array([[0.0, 0], [1, 1], [2, 0]])], lambda c: sm.curves.RationalQuadratic(c, 0.5)),
+    "PointPath": ([np.ones(3)], lambda p: sm.motions.PointPath(MOVES, p)),
     "Mesh": ([np.eye(3), np.array([[0, 1, 2]])], sm.bodies.Mesh),
     "NetPlace": ([np.zeros(3), np.ones(3)], lambda p, x: sm.fairing.NetPlace((0.5, 0.5), p, x)),
 }
@@ -167,8 +169,8 @@ GIVEN: dict[str, tuple[list[np.ndarray], Any]] = {
 OWN = {
     "Band", "Block", "Body", "CharacteristicCurve", "Constraint", "Curvature", "FairingPath", "FairingResult",
     "FitCovariance", "HessianTriangle", "Inspection", "Integral", "Metric", "MovingEllipsoid", "Pattern", "Program",
-    "RigidSamples", "SegmentCurve", "Sensitivity", "Setting", "Skeleton", "Solution", "SweepSurface", "SweptVolume",
-    "Target", "TimePrices", "ToolPath", "Travelling",
+    "PosedSkeleton", "RigidSamples", "SegmentCurve", "Sensitivity", "Setting", "Skeleton", "Solution", "SweepSurface",
+    "SweptVolume", "Target", "TimePrices", "ToolPath", "Travelling",
 }  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from studies.quaternions.far_turns import far_turns
 from symmotion.bodies import wedge
 from symmotion.motions.quaternions import QuaternionMotion, exp
 from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table, player, to_figure
@@ -50,6 +51,7 @@ def run(options: StudyOptions) -> StudyResult:
     )
     options.progress("B-spline curves")
     table, figure, outside, inside = _local_control()
+    far, told = far_turns(options)
     conclusion = (
         f"Every curve of the Hermite family meets its end orientations and end rates to "
         f"{max(r[4] for r in rows):.1g}, "
@@ -68,10 +70,10 @@ def run(options: StudyOptions) -> StudyResult:
     moving = player("turning", turned, wedge(), caption, unit="s", centre=(0.5, 0.0, 0.0), direction=VIEW[:, 2])
     answer = (
         f"Hermite quaternion curves meet end orientations and rates to {max(r[4] for r in rows):.0e}; a control that "
-        f"moves turns a B-spline curve by up to {inside:.3g}° on its spans, by {outside:.1g}° on all others."
+        f"moves turns a B-spline curve by up to {inside:.3g}° on its spans, by {outside:.1g}° on all others; {told}."
     )
     figures = (_spheres(family), figure, _bases())
-    return StudyResult((hermite, table), figures, (), conclusion, players=(moving,), answer=answer)
+    return StudyResult((hermite, table, far), figures, (), conclusion, players=(moving,), answer=answer)
 
 
 def _label(factor: float, turns: int) -> str:

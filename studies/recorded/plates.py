@@ -87,39 +87,12 @@ def load(path: Path | None = None) -> tuple[np.ndarray, np.ndarray, str]:
     path = ROTATIONS if path is None else path
     if not path.is_file():
         return *example(), f"Ran on example data made by the project: {path.name} is not beside the checkout."
-    ages, q = read_rotations(path, PLATE, ANCHOR)
+    keys = sm.read_keyframes(path, "rot", node=f"{PLATE}/{ANCHOR}")
+    ages, q = keys.times, sm.quaternions.from_rotation(keys.rotations())
     used = (ages >= 0) & (ages <= OLDEST)
     which = f"plate {PLATE} relative to {ANCHOR:03d}, up to {OLDEST:g} Ma"
     note = f"Rotations: {path.name} (C. R. Scotese, PALEOMAP, CC BY 3.0), {which}."
     return ages[used], q[used], note
-
-
-def read_rotations(path: Path, plate: int, anchor: int) -> tuple[np.ndarray, np.ndarray]:
-    """Ages (M,) and quaternions (M, 4) of one plate in a file of total reconstruction poles, in order of age.
-
-    A line: plate, age [Ma], latitude and longitude of the pole [°], angle [°], fixed plate, then a
-    comment from "!" on. InputError names the line at fault.
-    """
-    found = []
-    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
-        fields = line.split("!")[0].split()
-        if not fields:
-            continue
-        try:
-            moving, age, latitude, longitude, angle, fixed = int(fields[0]), *map(float, fields[1:5]), int(fields[5])
-        except (ValueError, IndexError) as error:
-            raise sm.InputError(
-                f"{path.name}, line {number}: plate, age, latitude, longitude, angle, fixed plate"
-            ) from error
-        if (moving, fixed) == (plate, anchor):
-            found.append((age, *np.deg2rad([latitude, longitude, angle])))
-    if not found:
-        raise sm.InputError(f"{path.name} has no rotations of plate {plate} relative to {anchor:03d}")
-    age, latitude, longitude, angle = np.array(sorted(found)).T
-    pole = np.column_stack(
-        [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)]
-    )
-    return age, exp(angle[:, None] / 2 * pole)
 
 
 def example() -> tuple[np.ndarray, np.ndarray]:

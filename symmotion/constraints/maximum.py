@@ -7,18 +7,16 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from symmotion.jets.enclosed import Form, NotPolynomialError, Tape, values
+from symmotion import interrupts
+from symmotion.constraints.highest import SHARP, Side, highest
+from symmotion.jets.enclosed import NotPolynomialError, Tape, values
 from symmotion.jets.jet import AnyJet
 from symmotion.jets.seen import Seen
-from symmotion.program.everywhere import Excess, beyond
-from symmotion.splines.pieces import EPS, Poly, halves
+from symmotion.program.everywhere import Excess
+from symmotion.splines.pieces import Poly
 
-# Relative to the limit: how closely a bound is attained.
-SHARP = 1e-9
 # Parts of a span that are looked at one by one: more where a quaternion curve turns too far for few.
 PARTS = (1, 2, 4, 8, 16, 32)
-DEEPEST = 48
-MOST_PIECES = 400_000
 SAMPLES = 8
 # Samples in each span where they are all that is known.
 DENSE = 64
@@ -28,20 +26,6 @@ INSIDE = 1e-9
 ASIDE, JUMP = 1e-5, 1e-7
 # How often an interval is searched: to 1e-6 of a span, where a maximum differs by 1e-12, or as far as numbers go.
 COARSE, FINE = 8, 12
-
-
-@dataclass(frozen=True)
-class Side:
-    """One bound of one component: sign 1 for value ≤ limit, −1 for value ≥ limit; power: see `JetConstraint`."""
-
-    component: int
-    sign: float
-    limit: float
-    power: int
-
-    def excess(self, x: np.ndarray) -> np.ndarray:
-        """By how far the values exceed it, below 0 inside; increases with sign · x."""
-        return beyond(x, self.limit, self.sign, self.power)
 
 
 def sides_of(lower: np.ndarray, upper: np.ndarray, power: int) -> list[Side]:
@@ -124,6 +108,7 @@ class Watched:
         """(N,) the largest excess of all bounds at times, below 0 inside; infinite where a value is no number."""
         return self._every(times).max(axis=0)
 
+    @np.errstate(all="ignore")  # what is not finite is exceeded
     def excess(self) -> Excess:
         """The excess anywhere."""
         if self._tape.algebraic:
@@ -141,7 +126,7 @@ class Watched:
             ends = left[:, None] + (right - left)[:, None] * share
             ends[:, -1] = right
             forms = self._tape.on(self._pieces(ends[:, :-1].ravel(), ends[:, 1:].ravel()))
-            found = [_highest(forms[s.component], s, ends[:, :-1].ravel(), ends[:, 1:].ravel()) for s in self.sides]
+            found = [highest(forms[s.component], s, ends[:, :-1].ravel(), ends[:, 1:].ravel()) for s in self.sides]
             attained, time = max((attained, time), *((f.attained, f.time) for f in found))
             here, enough = max(f.bound for f in found), max(attained, 0.0) + SHARP
             if here <= enough or parts == PARTS[-1]:
@@ -232,6 +217,7 @@ class Watched:
 
     def _every(self, times: np.ndarray) -> np.ndarray:
         """(sides, N) the excess of every bound at times, below 0 inside; infinite where a value is no number."""
+        interrupts.check()
         found = self.at(times)
         every = np.stack([side.excess(found[:, side.component]) for side in self.sides])
         return np.where(np.isnan(every), np.inf, every)
@@ -260,90 +246,3 @@ def _met(first: np.ndarray, last: np.ndarray, falls: np.ndarray, rises: np.ndarr
     ends = behind & (left > right + jump)
     begins = ahead & ~ends & (behind | (right > left + jump))
     return np.hstack([falls[:, :1], begins]), np.hstack([ends, rises[:, -1:]])
-
-
-@dataclass(frozen=True, eq=False)
-class _Highest:
-    """Of one side on all pieces: a bound of its excess, the largest value found and when; first: (S,) bounds."""
-
-    bound: float
-    attained: float
-    time: float
-    first: np.ndarray
-
-
-def _highest(form: Form, side: Side, left: np.ndarray, right: np.ndarray) -> _Highest:
-    # The excess increases with `way` times what is under the root.
-    way = side.sign if form.scale is None or form.scale >= 0 else -side.sign
-
-    def judged(x: np.ndarray) -> np.ndarray:
-        inner = way * x
-        if form.scale is not None:
-            inner = form.offset + form.scale * np.sqrt(np.maximum(inner, 0.0))
-        found = side.excess(inner)
-        return found + 8 * EPS * (1 + np.abs(found))
-
-    pieces, first = _Pieces.of(form, way, left, right), None
-    bound, best, time = -np.inf, -np.inf, float(left[0])
-    for depth in range(DEEPEST):
-        high, ends, stuck = pieces.hull()
-        upper, lower = judged(high), judged(ends)
-        first = upper if first is None else first
-        k = np.unravel_index(int(np.argmax(lower)), lower.shape)
-        if lower[k] > best:
-            best, time = float(lower[k]), float((pieces.left, pieces.right)[k[0]][k[1]])
-        split = (upper > max(best, 0.0) + SHARP) & ~stuck
-        if depth == DEEPEST - 1 or 2 * split.sum() > MOST_PIECES:
-            split = np.zeros_like(split)
-        bound = max(bound, float(upper[~split].max(initial=-np.inf)))
-        if not split.any():
-            break
-        pieces = pieces.halved(split)
-    assert first is not None
-    return _Highest(max(bound, best), best, time, first)
-
-
-@dataclass(frozen=True, eq=False)
-class _Pieces:
-    """Pieces from left to right; of numerator and denominator coefficients (n + 1, S), sizes and errors (S,)."""
-
-    left: np.ndarray
-    right: np.ndarray
-    parts: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
-
-    @staticmethod
-    def of(form: Form, way: float, left: np.ndarray, right: np.ndarray) -> "_Pieces":
-        parts = []
-        for poly, sign in ((form.top, way), (form.bottom, 1.0)):
-            if poly is not None:
-                whole = np.broadcast_to(sign * poly.raised(form.degree), (form.degree + 1, len(left)))
-                parts.append((whole, np.broadcast_to(poly.size, len(left)), np.broadcast_to(poly.error, len(left))))
-        return _Pieces(left, right, tuple(parts))
-
-    def halved(self, which: np.ndarray) -> "_Pieces":
-        """The halves of some."""
-        left, right = self.left[which], self.right[which]
-        middle, parts = 0.5 * (left + right), []
-        for coefficients, size, error in self.parts:
-            both = np.concatenate(halves(coefficients[:, which]), axis=1)
-            rounding = (len(coefficients) + 2) * EPS * size[which]
-            parts.append((both, np.tile(size[which], 2), np.tile(error[which] + rounding, 2)))
-        return _Pieces(np.concatenate([left, middle]), np.concatenate([middle, right]), tuple(parts))
-
-    def hull(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of each piece a bound (S,), certain values at its ends (2, S), and whether parts would tell no more (S,)."""
-        if len(self.parts) == 1:
-            ((top, _, error),) = self.parts
-            most, ends = top.max(axis=0), top[[0, -1]]
-            return most + error, ends - error, most - ends.max(axis=0) <= error
-        # A quotient lies in the hull of the quotients of coefficients where the denominator has one sign.
-        (top, _, error), (bottom, _, off) = self.parts
-        sign = np.sign(bottom[0])
-        least = (bottom * sign).min(axis=0) - off
-        good = least > 0
-        ratios = top / np.where(good, bottom, 1.0)
-        most, ends = ratios.max(axis=0), ratios[[0, -1]]
-        size = np.abs(ratios).max(axis=0)
-        slack = (error + size * off) / np.where(good, least, 1.0) + 4 * EPS * size
-        stuck = good & (most - ends.max(axis=0) <= slack)
-        return np.where(good, most + slack, np.inf), np.where(good, ends - slack, -np.inf), stuck

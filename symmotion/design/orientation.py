@@ -21,14 +21,14 @@ from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_start, require_times
 from symmotion.design.terms import as_objective, closed_expression, expression_of, parts_of
 from symmotion.energies import Energy, Torque
-from symmotion.errors import InputError
+from symmotion.errors import InputError, SolveError
 from symmotion.jets import RigidJet, rotation
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Keyframes, PoseMotion
 from symmotion.motions.crowding import require_apart
 from symmotion.motions.quaternions import OrientationKeys, QuaternionMotion
 from symmotion.motions.quaternions.algebra import Signs, conjugate, to_rotation
-from symmotion.motions.quaternions.interpolation import ENDS, interpolate_keys
+from symmotion.motions.quaternions.interpolation import DIRECT, ENDS, interpolate_keys
 from symmotion.program import Block, Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
 from symmotion.renamed import renamed
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
 
 TORQUE = Torque()
+# Turns between neighbours, in rad, and the ratio of intervals beyond which a program starts from slerps.
+FAR, UNEVEN = np.radians(90), 4.0
 
 RENAMED = {
     "inertia": "objective=Torque(inertia)",
@@ -86,7 +88,9 @@ def orientation_program(
     turns, signs: extra turns and the reading of signs, as in `interpolate_quaternions`.
     norms: how far lengths of quaternions may be from 1; 1e-6 when left out.
 
-    Raises InputError for what cannot be; starts from the interpolating curve, so SolveError where there is none.
+    Starts from the interpolating curve, or from the slerps where that overshoots: where it is not found at once, or
+    neighbours turn by more than 90° and an interval is four times as long as another. Raises InputError for what cannot
+    be.
 
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> program = sm.orientation_program(keys, objective=sm.Torque((1.0, 2.0, 2.5)))
@@ -143,10 +147,9 @@ class OrientationDesign:
         if ends == "periodic" and len(keys) < 4:
             raise InputError(f"{len(keys)} keyframes are too few for periodic ends: at least 4 are needed")
         basis = control_basis(keys.times, degree, refine, knots, ends)
-        interpolant = interpolate_keys(keys, ends, end_rates)
         rates = None if end_rates is None else checks.array(end_rates, (2, 3), "end_rates")
         held = [] if rates is None else [EndRates(rates)]
-        start, space = carried(interpolant, basis, channels)
+        start, space = carried(first_curve(keys, ends, rates), basis, channels)
         design = OrientationDesign(keys, objective, (*held, *constraints), ends, rates, start, space)
         design.require_room()
         return design
@@ -266,10 +269,28 @@ class OrientationDesign:
     def turned(self, quaternions: "Rotations") -> tuple["OrientationDesign", bool]:
         """The question for other quaternions, and whether all logarithms take the branches they took."""
         keys = self.keys.turned(quaternions)
-        interpolant = interpolate_keys(keys, self.ends, self.end_rates)
-        start, space = carried(interpolant, self.space.basis, self.space.channels)
+        first = first_curve(keys, self.ends, self.end_rates)
+        start, space = carried(first, self.space.basis, self.space.channels)
         same = np.array_equal(space.signs, self.space.signs) and np.array_equal(space.turns, self.space.turns)
         return replace(self, keys=keys, start=start, space=space), same
+
+
+def first_curve(keys: OrientationKeys, ends: str, end_rates: np.ndarray | None) -> QuaternionMotion:
+    """The curve through keyframes that a program starts from: the C² interpolant, or the slerps.
+
+    The slerps where it is not found at once, and where neighbours are FAR apart and an interval is UNEVEN times as long
+    as another: there it turns further than anything of little torque does.
+    """
+    steps, turns = np.diff(keys.times), 2 * np.linalg.norm(keys.ways, axis=1)
+    if steps.max() <= UNEVEN * steps.min() or turns.max() <= FAR:
+        try:
+            return interpolate_keys(keys, ends, end_rates, max_iterations=DIRECT)
+        except SolveError:
+            pass
+    if ends == "periodic":
+        keys.require_closed()
+    basis = (BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped)(keys.times, 1)
+    return QuaternionMotion(basis, keys.quaternions[: basis.n], keys.ways)
 
 
 def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike | None, ends: str) -> BSplineBasis:

@@ -1,6 +1,7 @@
 """The automatic fairing of PCG table 1: local steps at the unfairest knot, the measures kept up to date."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -69,6 +70,37 @@ class _Board:
         if self.allowed is not None:
             self.choice *= self.allowed
 
+    def around(self, k: int, l: int) -> tuple[slice, slice]:  # noqa: E741 - PCG's letters
+        """The box of knots that a step at (k, l) writes."""
+        return slice(k, k + self.box[0]), slice(l, l + self.box[1])
+
+    def place(self, i: int, tables: StepTables) -> "_Place":
+        """The knot that is number i of the padded board."""
+        row, column = divmod(i, self.columns)
+        k, l = row - self.reach[0], column - self.reach[1]  # noqa: E741
+        # Reshaped before it is cut out, which copies nothing.
+        box = self.jumps.reshape(*self.measure.shape, -1)[self.around(k, l)]
+        knot = k * tables.jumps.shape[1] + l
+        before = self.measure[self.around(k, l)]
+        return _Place(k, l, knot, self.jumps[row, column], box, before, tables.solve[k, l], tables.change[k, l])
+
+
+class _Place(NamedTuple):
+    """What a step at a knot reads and writes, as views: cutting them out anew takes as long as the numbers.
+
+    knot: its number; jump: (kinds, C) there; box: (2r + 1, 2s + 1, kinds C) the jumps around; before: (2r + 1, 2s + 1)
+    their measures; solve, change: the tables'.
+    """
+
+    k: int
+    l: int  # noqa: E741
+    knot: int
+    jump: np.ndarray
+    box: np.ndarray
+    before: np.ndarray
+    solve: np.ndarray
+    change: np.ndarray
+
 
 def iterate(
     tables: StepTables, jumps: np.ndarray, limits: Limits, held: HeldSteps | None = None, gone: np.ndarray | None = None
@@ -81,20 +113,19 @@ def iterate(
     net from the sum of the multipliers.
     """
     board = _Board(tables, jumps, limits.knots, limits.tolerance is not None or held is not None)
-    kinds, coordinates = jumps.shape[2:]
-    (r, s), (high, wide), columns = board.reach, board.box, board.columns
-    box_shape = (high, wide, kinds, coordinates)
-    all_jumps, measure, choice, allowed = board.jumps, board.measure, board.choice, board.allowed
-    change, solve, dot, einsum, add = tables.change, tables.solve, np.dot, np.einsum, np.add.reduce
+    r, s = board.reach
+    measure, choice, allowed = board.measure, board.choice, board.allowed
+    dot, square, ones = np.dot, np.vecdot, np.ones(np.prod(board.box))
     touched = None if held is None else held.touched
     fence = None
     if limits.tolerance is not None:
-        fence = Fence(tables, limits.tolerance, coordinates, board.measure.shape, gone)
+        fence = Fence(tables, limits.tolerance, jumps.shape[3], measure.shape, gone)
     target = -1.0 if limits.target is None else limits.target
     patience = limits.max_steps if limits.patience is None else limits.patience
     log = _Log(jumps.shape, float(measure.sum()))
     value, steps, discarded, status = log.best_value, 0, 0, ""
     flat_choice = choice.ravel()
+    places: dict[int, _Place] = {}
     while not status:
         if value <= target:
             status = "target"
@@ -106,13 +137,14 @@ def iterate(
         if not flat_choice[i] > 0.0:
             status = "exhausted"
             break
-        row, column = divmod(i, columns)
-        k, l = row - r, column - s  # noqa: E741 - PCG's letters
-        jump = all_jumps[row, column]
+        place = places.get(i)
+        if place is None:
+            place = places[i] = board.place(i, tables)
+        k, l, knot, jump, box, before, solve, change = place  # noqa: E741 - PCG's letters
         local = held.at(k, l) if held is not None and touched is not None and touched[k, l] else None
         move = None
         if local is None:
-            multiplier = dot(solve[k, l], jump)
+            multiplier = dot(solve, jump)
         else:
             multiplier = dot(local.solve, jump.ravel()).reshape(jump.shape)
             move = local.move @ multiplier.ravel()
@@ -123,28 +155,27 @@ def iterate(
             flat_choice[i] = 0.0
             discarded += 1
             continue
-        box = all_jumps[k : k + high, l : l + wide]
         if local is None or move is None or held is None:
-            box += dot(change[k, l], jump).reshape(box_shape)
+            box += dot(change, jump).reshape(box.shape)
         else:
-            box += held.effect(k, l, local, move)
-        before = measure[k : k + high, l : l + wide]
-        after = einsum("abij,abij->ab", box, box)
+            box += held.effect(k, l, local, move).reshape(box.shape)
+        after = square(box, box)
         # The jumps at the knot itself are zero now but for rounding, which must not be chosen again.
         rest = after[r, s] if local is not None and not local.clears else 0.0
         after[r, s] = rest
-        gain = float(add((after - before).ravel()))
+        gain = float(dot(ones, (after - before).ravel()))
         value += gain
         before[...] = after
         if choice is not measure:
             # Nor what conditions do not let vanish.
             after[r, s] = 0.0
-            open_box = choice[k : k + high, l : l + wide]
-            open_box[...] = after if allowed is None else after * allowed[k : k + high, l : l + wide]
+            around = board.around(k, l)
+            open_box = choice[around]
+            open_box[...] = after if allowed is None else after * allowed[around]
             if fence is not None:
-                fence.keep_shut(k, l, box, open_box)
+                fence.keep_shut(k, l, board.jumps[around], open_box)
         steps += 1
-        log.append(k, l, multiplier, value)
+        log.append(knot, multiplier, value)
         if log.full:
             log.settle()
         if value > limits.divergence * log.best_value or steps - log.best > patience:
@@ -161,7 +192,7 @@ class _Log:
     def __init__(self, shape: tuple[int, ...], value: float):
         self.total, self.kept = np.zeros(shape), np.zeros(shape)
         self.best, self.best_value = 0, value
-        self._places = np.empty((2, BLOCK), dtype=int)
+        self._knots: list[int] = []
         self._multipliers = np.empty((BLOCK, *shape[2:]))
         self._values: list[float] = [value]
         self._filled, self._settled = 0, 0
@@ -170,10 +201,9 @@ class _Log:
     def full(self) -> bool:
         return self._filled == BLOCK
 
-    def append(self, k: int, l: int, multiplier: np.ndarray, value: float) -> None:  # noqa: E741
+    def append(self, knot: int, multiplier: np.ndarray, value: float) -> None:
         i = self._filled
-        self._places[0, i] = k
-        self._places[1, i] = l
+        self._knots.append(knot)
         self._multipliers[i] = multiplier
         self._values.append(value)
         self._filled = i + 1
@@ -189,9 +219,11 @@ class _Log:
         self._add(max(until, 0), self._filled)
         self._settled += self._filled
         self._filled = 0
+        self._knots.clear()
 
     def _add(self, start: int, stop: int) -> None:
-        np.add.at(self.total, tuple(self._places[:, start:stop]), self._multipliers[start:stop])
+        knots = np.array(self._knots[start:stop], dtype=int)
+        np.add.at(self.total.reshape(-1, *self.total.shape[2:]), knots, self._multipliers[start:stop])
 
     def history(self) -> np.ndarray:
         return np.array(self._values)

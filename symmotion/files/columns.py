@@ -70,6 +70,16 @@ def parsed(text: str) -> dict[str, list[str] | None]:
     return told
 
 
+def checked_columns(told: Told | str, what: str = "columns") -> Told | str:
+    """What is told of columns; InputError where a text does not say roles."""
+    if isinstance(told, str):
+        try:
+            parsed(told)
+        except InputError as error:
+            raise InputError(str(error).replace("columns", what, 1)) from None
+    return told
+
+
 def choose(path: FilePath, header: Sequence[str], told: Told | None = None) -> Chosen:
     """The columns of the pose that a header names; InputError lists what was understood, what was not, likely names."""
     return _Header(path, header, told or {}).chosen()

@@ -1,10 +1,15 @@
 """Triangle meshes into OBJ, PLY and STL files."""
 
+import os
+
 import numpy as np
 
+from symmotion.bodies import Body, Shape
 from symmotion.bodies.mesh import Mesh
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
+from symmotion.files.numbers import finite
+from symmotion.opening import readable
 from symmotion.whole import whole_file
 
 # How far single precision may move a vertex, relative to the size of the mesh.
@@ -23,6 +28,47 @@ end_header
 """
 FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+def checked_body(shape: "Shape | FilePath", what: str = "body") -> "Shape | Body":
+    """A body of whatever form, of a file its faces; InputError that names the option for other kinds of files."""
+    if not isinstance(shape, str | os.PathLike):
+        return shape
+    if not str(shape).lower().endswith((".obj", ".obj.gz")):
+        raise InputError(f"{what} {str(shape)!r:.60}: the name of an .obj file is needed")
+    return read_obj(shape)
+
+
+def read_obj(path: FilePath) -> Body:
+    """The vertices and faces of an .obj file, without what it says beside; InputError names the line at fault."""
+    vertices: list[list[float]] = []
+    faces: list[tuple[int, ...]] = []
+    with readable(path) as handle:
+        for line, text in enumerate(handle, 1):
+            kind, *words = text.split("#")[0].split() or [""]
+            try:
+                if kind == "v":
+                    vertices.append([finite(word) for word in words[:3]])
+                    if len(words) < 3:
+                        raise InputError("three coordinates are needed")
+                elif kind == "f":
+                    faces.append(tuple(_corner(word, len(vertices)) for word in words))
+                    if len(words) < 3:
+                        raise InputError("three corners or more are needed")
+            except InputError as error:
+                raise InputError(f"{path}, line {line}: {error}") from None
+    if not faces:
+        raise InputError(f"{path}: holds no faces")
+    return Body(np.array(vertices), tuple(faces))
+
+
+def _corner(word: str, count: int) -> int:
+    """The vertex of a corner v/vt/vn, counted from 1, or from the end where negative."""
+    number = word.partition("/")[0]
+    k = int(number) if number.lstrip("-").isdecimal() else 0
+    if not (1 <= k <= count or -count <= k <= -1):
+        raise InputError(f"corner {word!r:.20} is none of the {count} vertices before it")
+    return k - 1 if k > 0 else count + k
 
 
 def write_obj(mesh: Mesh, path: FilePath) -> None:

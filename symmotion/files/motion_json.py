@@ -1,17 +1,13 @@
 """Motions as JSON objects, exactly."""
 
-from typing import get_args
-
 import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.documents import entries_of, outline_of, read_list, require_entries
 from symmotion.files.formats import FilePath
 from symmotion.files.saved import class_saved, load_as
-from symmotion.motions import AffineMotion, CurveMotion, PoseMotion, RationalMotion
-from symmotion.motions.interpolants import SegmentCurve
-from symmotion.motions.interpolants.blends import Interpolant
-from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.loading import MOTIONS, SavedMotion
+from symmotion.motions import AffineMotion
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis
 
@@ -20,14 +16,10 @@ MARK = {"symmotion": "affine-motion", "version": 1}
 ENTRIES = ("degree", "periodic", "knots", "linear", "translation")
 
 
-Kept = AffineMotion | PoseMotion | QuaternionMotion | RationalMotion | CurveMotion | Interpolant | SegmentCurve
-KINDS: tuple[type[Kept], ...] = get_args(Kept)
-
-
-def read_motion_json(path: FilePath) -> Kept:
+def read_motion_json(path: FilePath) -> SavedMotion:
     """The motion that `save` wrote, or `write_motion` of 0.1.0; InputError names the file and the entry at fault."""
     if class_saved(outline_of(path)) is not None:
-        return load_as(path, KINDS, "motion")
+        return load_as(path, MOTIONS, "motion")
     document = entries_of(path)
     mark, version = (document.get(name) for name in MARK)
     if mark != MARK["symmotion"]:
@@ -48,11 +40,11 @@ def read_motion_json(path: FilePath) -> Kept:
         raise InputError(f"{path}: {error}") from None
 
 
-def write_motion_json(motion: Kept, path: FilePath) -> None:
+def write_motion_json(motion: SavedMotion, path: FilePath) -> None:
     """Write a motion as its `save` does; InputError for classes of your own and for controls that are not finite."""
-    if not isinstance(motion, KINDS):
+    if not isinstance(motion, MOTIONS):
         raise InputError(
-            f"{path}: json holds motions of {', '.join(kind.__name__ for kind in KINDS)}: a {type(motion).__name__} "
+            f"{path}: json holds motions of {', '.join(kind.__name__ for kind in MOTIONS)}: a {type(motion).__name__} "
             "does not go into it; write csv"
         )
     if isinstance(motion, AffineMotion):
@@ -65,4 +57,6 @@ def write_motion_json(motion: Kept, path: FilePath) -> None:
 def is_motion_json(path: FilePath) -> bool:
     """Whether a JSON file has the mark of a motion, or was saved from one."""
     document = outline_of(path)
-    return class_saved(document) in {kind.__name__ for kind in KINDS} or document.get("symmotion") == MARK["symmotion"]
+    return (
+        class_saved(document) in {kind.__name__ for kind in MOTIONS} or document.get("symmotion") == MARK["symmotion"]
+    )

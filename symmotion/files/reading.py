@@ -51,6 +51,7 @@ def read_keyframes(
     or ns become seconds. A column that is not understood is left out where all of a pose is there, else refused.
     json: an object with `linear` (M, d, d) and optionally `times` (M,) and `translation` (M, d).
     transforms: a nerfstudio transforms.json; colmap: its images.txt; log: of Open3D; optitrack: CSV of Motive.
+    rot: a tectonic plate by finite rotations, node: the plate, 801, or with the fixed one, "801/000"; times are ages.
     bvh: a joint of a skeleton, rigid in the world, frame by frame; see `read_bvh`.
     glb, gltf: an animated node in the scene; see `read_gltf_keyframes`.
     usda, usd, usdc, usdz: a prim in the scene, at its time samples; see `read_usd_keyframes`.

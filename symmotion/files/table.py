@@ -8,15 +8,17 @@ from symmotion.errors import InputError
 from symmotion.files.bvh import checked_encoding, read_bvh_keyframes, read_bvh_skeleton
 from symmotion.files.bvh_writing import write_bvh, write_bvh_keyframes
 from symmotion.files.cameras import is_colmap, is_transforms, read_colmap, read_log, read_transforms
+from symmotion.files.columns import checked_columns
 from symmotion.files.films import FPS, SECONDS, check_film, write_film
 from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf
 from symmotion.files.gltf_skeletons import read_gltf_skeleton
 from symmotion.files.gltf_writing import write_gltf
 from symmotion.files.keyframe_json import is_keyframes_json, read_keyframes_json, write_keyframes_json
-from symmotion.files.meshes import write_obj, write_ply, write_stl
+from symmotion.files.meshes import checked_body, write_obj, write_ply, write_stl
 from symmotion.files.motion_json import is_motion_json, read_motion_json, write_motion_json
 from symmotion.files.optitrack import is_optitrack, read_optitrack
+from symmotion.files.plates import read_rot
 from symmotion.files.samples import write_samples_csv, write_samples_tum
 from symmotion.files.text import read_csv, read_kitti, read_tum, read_txt, write_csv, write_kitti, write_tum
 from symmotion.files.two_parameter import is_net_json, read_net_json, read_net_npz, write_net_json, write_net_npz
@@ -44,7 +46,9 @@ def one_of(*known: str) -> Callable[[object, str], object]:
 
 TIMES = Option("times", "times (M,) in place of the file's")
 DELIMITER = Option("delimiter", "the character between columns", str, check=one_character)
-COLUMNS = Option("columns", "roles of columns: time=stamp;translation=a,b,c;quaternion=x,y,z,w", str)
+COLUMNS = Option(
+    "columns", "roles of columns: time=stamp;translation=a,b,c;quaternion=x,y,z,w", str, check=checked_columns
+)
 ANGLES = Option("angles", "unit of angles that name none: rad or deg", str, check=one_of("rad", "deg"))
 LOST = Option("lost", "rows of lost tracking: error or drop", str, check=one_of("error", "drop"))
 REPEATED = Option(
@@ -70,7 +74,7 @@ SAMPLE_TIMES = Option("times", "times (N,) of the samples")
 RATE = Option("rate", "samples per unit of time; default: 200 in all", float, check=checks.positive)
 ORTHONORMALISE = Option("orthonormalise", "write the closest rotation of each sample", bool, False)
 
-BODY = Option("body", "what moves; default: a letter F")
+BODY = Option("body", "what moves, a mesh as .obj; default: a letter F", str, check=checked_body)
 DURATION = Option("seconds", "length; default: a unit of time is a second", float, check=checks.positive)
 ACCURACY = Option("tolerance", "of sampled keys, relative to the motion's size", float, TOLERANCE, checks.positive)
 SCENE = (BODY, DURATION, ACCURACY)
@@ -103,6 +107,8 @@ FORMATS = tuple(replace(row, whole=True) for row in (
            reading=(TIMES, NODE, ANIMATION, STEPS)),
     Format("usd", ENDINGS, "keyframes", "a prim in the scene, at its time samples", read_usd,
            reading=(TIMES, NODE)),
+    Format("rot", ("rot",), "keyframes", "a tectonic plate, by finite rotations", read_rot,
+           reading=(TIMES, NODE, REPEATED)),
     Format("json", ("json",), "motion", "a motion of any kind, exactly", read_motion_json, write_motion_json,
            claims=is_motion_json),
     Format("csv", ("csv",), "motion", "samples of linear part and translation", write=write_samples_csv,

@@ -43,7 +43,7 @@ def write_motion(
     rate: float | None = None,
     orthonormalise: bool = False,
     *,
-    body: Shape | None = None,
+    body: Shape | FilePath | None = None,
     seconds: float | None = None,
     tolerance: float | None = None,
     fps: float | None = None,
@@ -58,7 +58,8 @@ def write_motion(
     times: (N,) increasing, N ≥ 2, of the samples; or rate: samples per unit of time from the
     start of the domain on; 200 samples from end to end when both are left out.
     orthonormalise: in .tum and .bvh write the closest rotation of each sample, rigid or not.
-    body, seconds, tolerance: of scenes, as in `write_gltf`; body, seconds, fps: of films, as in `write_animation`.
+    body, seconds, tolerance: of scenes, as in `write_gltf`; body, seconds, fps: of films, as in `write_animation`;
+    body: the name of an .obj file too.
     formats: as in `write_keyframes`.
 
     Raises InputError that names the time of a sample that is singular or reflected or, unless

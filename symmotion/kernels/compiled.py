@@ -213,6 +213,11 @@ def _compiler() -> tuple[str, ...]:
     return (found, *named[1:]) if found else ()
 
 
+def has_compiler() -> bool:
+    """Whether a C compiler was found."""
+    return bool(_compiler())
+
+
 @lru_cache(maxsize=1)
 def _toolchain() -> tuple[str, ...]:
     """What machine code depends on beside the kernel: how C is made from it, compiler, flags and processor."""

@@ -3,19 +3,24 @@
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
 import casadi as ca
 import numpy as np
 
+from symmotion import interrupts
 from symmotion.forking import CASADI
-from symmotion.kernels.compiled import LARGEST, Machine, load
+from symmotion.kernels.compiled import LARGEST, Machine, has_compiler, load
 from symmotion.kernels.kernel import Kernel
 
 Kernels = Literal["auto", "compiled", "interpreted"]
 CHUNK = 131072  # numbers that a chunk reads and writes: 1 MB
 COMPILE_FROM = 20_000  # nodes of R from which a solve or two repay the compiler: study `kernels`
+COMPILE_AFTER = (
+    100_000  # nodes in all at which a function was interpreted that have taken as long as its compiler would
+)
 LIST_FROM = 10_000_000  # instructions at all nodes from which a solve or two repay listing those of a long function
 THREADS_FROM = 16  # chunks from which a second thread pays
 
@@ -24,7 +29,8 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     """One of the functions of `derive` for `count` nodes: compiled where that is wanted or free, else CasADi's.
 
     kernels: "compiled" compiles what the cache lacks, "interpreted" leaves the cache alone,
-    "auto" takes what is in the cache and compiles for programs that repay it at once.
+    "auto" takes what is in the cache, and compiles for programs that repay it at once and what many small ones
+    have used so often that the compiler would have been repaid.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
@@ -39,7 +45,20 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     function = kernel.function(kind)
     length = function.n_instructions()
     listed = length > LARGEST and count * length >= LIST_FROM
-    return (load(*key, build=True) if listed else None) or function
+    often = length <= LARGEST and _use(function).nodes >= COMPILE_AFTER and has_compiler()
+    return (load(*key, build=True) if listed or often else None) or function
+
+
+@dataclass
+class _Use:
+    """At how many nodes a function has been interpreted."""
+
+    nodes: int = 0
+
+
+@lru_cache(maxsize=512)
+def _use(function: ca.Function) -> _Use:
+    return _Use()
 
 
 def is_compilable(kernel: Kernel, kind: str) -> bool:
@@ -89,6 +108,7 @@ class Mapped:
             outputs = tuple(function.size1_out(i) for i in range(function.n_out()))
         self.count, self.inputs, self.outputs = count, inputs, outputs
         self.compiled = isinstance(function, Machine)
+        self._use = _Use() if isinstance(function, Machine) else _use(function)
         # Chunks of equal size: what the last one lacks would be interpreted in vain.
         elements = count // multiple
         rounds = max(1, round(count * sum(inputs + outputs) / CHUNK))
@@ -110,6 +130,7 @@ class Mapped:
         outputs are valid during the call only. `use` runs on several threads where the work is
         large, and may write to different places only.
         """
+        interrupts.check()
         contiguous = [None if a is None else np.ascontiguousarray(a, dtype=float) for a in inputs]
         for a, size in zip(contiguous, self.inputs, strict=True):
             if a is not None and size and a.size != self.count * size:
@@ -119,6 +140,7 @@ class Mapped:
             for nodes in chunks:
                 use(nodes, worker(contiguous, nodes))
 
+        self._use.nodes += self.count
         if len(self._workers) == 1:
             return work(self._workers[0], self._chunks)
         share = -(-len(self._chunks) // len(self._workers))

@@ -4,6 +4,15 @@ from typing import TYPE_CHECKING
 
 from symmotion.motions import examples
 from symmotion.motions.affine import AffineMotion
+from symmotion.motions.derived import (
+    PointPath,
+    RelativeMotion,
+    RetimedMotion,
+    SequentialMotion,
+    concatenate,
+    part,
+    reverse,
+)
 from symmotion.motions.dual import DualQuaternions
 from symmotion.motions.keyframes import PARAMETRISATIONS, Keyframe, Keyframes, as_keyframes
 from symmotion.motions.morphing import copy_deviations, keyframes_from_copies
@@ -29,18 +38,25 @@ __all__ = [
     "Keyframes",
     "Motion",
     "Moving",
+    "PointPath",
     "PoseMotion",
     "RationalMotion",
+    "RelativeMotion",
+    "RetimedMotion",
     "RigidSamples",
+    "SequentialMotion",
     "TwoParameterMotion",
     "as_keyframes",
     "as_rotations",
+    "concatenate",
     "copy_deviations",
     "examples",
     "keyframes_from_copies",
     "noisy_net",
     "orthonormalise",
+    "part",
     "polar_factors",
+    "reverse",
     "smooth_net",
     "symmetry_group",
 ]

@@ -247,11 +247,12 @@ class BlockEvaluator:
         if not block.kernel.squares:
             return EPS * float(block.weights @ np.abs(self.density(z)).ravel())
         rows, channels = block.kernel.rows, block.kernel.channels
-        size, parts = size.reshape(block.count, rows, channels), np.empty(block.count)
+        flat, parts = size.reshape(block.count, rows * channels), np.empty(block.count)
 
         def use(nodes: slice, outputs: list[np.ndarray]) -> None:
             hessian = np.abs(outputs[0]).reshape(-1, rows, rows, channels, channels)
-            parts[nodes] = np.einsum("nabij,nai,nbj->n", hessian, size[nodes], size[nodes], optimize=True)
+            rows_of = hessian.swapaxes(2, 3).reshape(len(hessian), rows * channels, -1) @ flat[nodes, :, None]
+            parts[nodes] = (flat[nodes, None] @ rows_of).ravel()
 
         self.prepare("hessian").each(use, z, block.data, self._mu(None), np.zeros((block.count, 1)))
         return 0.5 * EPS**2 * float(block.weights @ parts)

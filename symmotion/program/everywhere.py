@@ -44,7 +44,8 @@ def beyond(values: np.ndarray, limit: np.ndarray | float, sign: float, power: in
 
 
 def _quantity(values: np.ndarray, power: int) -> np.ndarray:
-    return values if power == 1 else np.maximum(values, 0.0) ** (1 / power)
+    # Odd: −‖v‖² ≥ −l² and v³ ≤ −l³ are broken as ‖v‖ ≤ l and v ≤ −l are.
+    return values if power == 1 else np.sign(values) * np.abs(values) ** (1 / power)
 
 
 def excess_at(values: np.ndarray, lower: np.ndarray, upper: np.ndarray, times: np.ndarray | None, power: int) -> Excess:

@@ -51,7 +51,7 @@ def exchange(
     solve: of a program and a start (None, a Solution of that program, …), a Solution; it holds the bounds at the times
         of the program alone. A solution that is none ends the exchange.
     Returns the last one, with the logs and seconds of all, `exchange` and, in `program`, the times at the end, to
-    which its multipliers belong. Where the excess stays above the tolerance the message says so.
+    which its multipliers belong. Where the excess stays above the tolerance it is STALLED, and the message says where.
     Source: Hettich and Kortanek 1993 (exchange and local reduction for semi-infinite programs).
 
     most_rounds: after which it ends. Raises InputError for a tolerance that is negative.
@@ -160,6 +160,7 @@ def _told(solution: Solution[DesignT], every: list[Solution[DesignT]], course: C
     if not course.holds and _good(solution):
         worst = max(course.after.items(), key=lambda item: item[1].value)
         left = f"{worst[0]} is exceeded by {worst[1].value:.2g} ({worst[1].kind}) between its times"
+        solution = replace(solution, status=Status.STALLED)
         message = f"{message}; {left}" if message else left
     counts = sum((Counter(s.evaluations) for s in every), Counter())
     return replace(solution, log=log, seconds=seconds, exchange=course, message=message, evaluations=dict(counts))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symmotion.solvers.descent import Enough
+from symmotion.solvers.descent import CLEARLY, Enough
 from symmotion.solvers.frame import Frame
 from symmotion.solvers.solution import Iteration
 from symmotion.systems import largest
@@ -45,6 +45,7 @@ def held_newton(frame: Frame, enough: Enough, start: Held, most: float) -> Held 
     x, y, multipliers, low, high = start.x, start.equalities, start.multipliers, start.low, start.high
     evaluator, values = frame.evaluator, frame.values(start.x)
     rows: list[Iteration] = []
+    found: Held | None = None
     for k in range(MOST):
         system, held = frame.system(x), low | high
         off = np.where(low, values - frame.lower, np.where(high, values - frame.upper, 0.0))
@@ -53,12 +54,12 @@ def held_newton(frame: Frame, enough: Enough, start: Held, most: float) -> Held 
         stiffness = STIFF * frame.size(system, matrix) * held
         frame.stiffen(matrix, system, x, multipliers, stiffness)
         if not np.isfinite(matrix).all():
-            return None
+            return found
         if k:
             rows.append(_row(frame, x, y, multipliers, gradient, values))
         factor = frame.factorise(system, matrix)
         if factor is None:
-            return None
+            return found
         step, wanted = np.zeros_like(x), None
         for _ in range(REFINED):
             residual = gradient + frame.pull(x, multipliers + stiffness * off)
@@ -76,18 +77,37 @@ def held_newton(frame: Frame, enough: Enough, start: Held, most: float) -> Held 
         x = x + step
         objective, values = evaluator.objective(x), frame.values(x)
         if not (decrement <= most and np.isfinite(objective) and np.isfinite(values).all()):
-            return None
+            return found
         rounding = ROUNDING * np.maximum(1.0, np.abs(values))
         fresh_low = (low & (multipliers < 0)) | (~held & (values < frame.lower - rounding))
         fresh_high = (high & (multipliers > 0)) | (~held & (values > frame.upper + rounding))
         same = bool((fresh_low == low).all() and (fresh_high == high).all())
         close = max(largest(off), largest(violation)) <= enough.tolerance
         if same and close and enough(decrement, objective, x):
-            rows.append(_row(frame, x, y, multipliers, evaluator.gradient(x), values))
-            return Held(x, y, multipliers, low, high, tuple(rows))
+            row = _row(frame, x, y, multipliers, evaluator.gradient(x), values)
+            if found is not None and row.stationarity >= found.rows[-1].stationarity:
+                return found
+            again, found = found is not None, Held(x, y, multipliers, low, high, (*rows, row))
+            # The decrement is that of the step before: what it leaves of the multipliers is another one's.
+            if again or _balanced(frame, x, y, multipliers, enough.tolerance):
+                return found
+        elif found is not None:
+            return found
         low, high = fresh_low, fresh_high
         multipliers = np.where(low | high, multipliers, 0.0)
-    return None
+    return found
+
+
+def _balanced(frame: Frame, x: np.ndarray, y: np.ndarray, multipliers: np.ndarray, tolerance: float) -> bool:
+    """Whether what multipliers leave of the gradient is clearly below the tolerance, in own units."""
+    gradient, unit = frame.evaluator.gradient(x), frame.unit
+    residual = gradient + frame.pull(x, multipliers)
+    if frame.curved:
+        left = unit * (residual + frame.evaluator.pull(x, y))
+    else:
+        system = frame.system(x)
+        left = system.on_diagonal(unit) * system.reduced(residual)
+    return largest(left) <= CLEARLY * tolerance * largest(unit * gradient)
 
 
 def _row(

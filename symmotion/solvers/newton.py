@@ -26,6 +26,7 @@ from symmotion.systems import (
     AnySystem,
     Condensed,
     Saddle,
+    certify,
     conflict,
     conflicting,
     largest,
@@ -265,13 +266,22 @@ class ExactNewton:
             if found.feasible:
                 x, course = found.x, Interior(self.tolerance, frame, found.x)
                 failure, _ = descend(course, self._theta(LEAST))
-        if failure is not None and not journal.stopped:
+        if not journal.stopped and (failure is not None or not self._granted(evaluator, course)):
             # Bounds that only meet, such as those of complementary places, have no inside for a barrier.
             wide = Interior(self.tolerance, frame, x, wider=min(WIDER, 0.1 * self.tolerance))
-            if descend(wide, self._theta(LEAST))[0] is None:
+            if descend(wide, self._theta(LEAST))[0] is None and (failure or self._granted(evaluator, wide)):
                 course, failure = wide, None
         evaluator.seconds, evaluator.counts = bounded.seconds, bounded.counts
         return course.x, course.multipliers, failure
+
+    def _granted(self, evaluator: Evaluator, course: Interior) -> bool:
+        """Whether a course has ended at a minimum: on held bounds, or by the barrier where the certificate agrees.
+
+        Beside bounds whose distance vanishes whatever the barrier is, its steps are rounding.
+        """
+        if course.over:
+            return True
+        return not certify(evaluator.program, course.x, course.multipliers, evaluator).wanting(self.tolerance)
 
     def _theta(self, usual: float) -> float:
         """The share of the exact Hessian in the first matrix."""

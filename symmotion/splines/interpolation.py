@@ -99,6 +99,9 @@ def cubic_interpolant(times, values, ends: str = "natural", end_slopes=None) -> 
     if len(values) != len(times):
         raise InputError(f"{len(times)} times for {len(values)} values")
     choice(ends, ENDS, "end condition")
+    finite = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    if not finite.all():
+        raise InputError(f"the value of key {int(np.argmin(finite))} is not finite")
     spread = np.abs(values - values[0]).max(axis=0)
     centre = np.where(np.abs(values[0]) > FAR * spread, values[0], 0.0)
     values = values - centre

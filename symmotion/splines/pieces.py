@@ -67,7 +67,9 @@ class Poly:
         degree = max(self.degree, other.degree)
         size = self.size + other.size
         error = self.error + other.error + (degree + 4) * EPS * size
-        return Poly(self._elevated(degree) + other._elevated(degree), size, error)
+        total = self._elevated(degree) + other._elevated(degree)
+        # What cancels, such as a place far away and the centre of a sphere there, must not cost its products digits.
+        return Poly(total, np.minimum(size, np.abs(total / binomials(degree)).max(axis=0) * (1 + 4 * EPS)), error)
 
     def __neg__(self) -> "Poly":
         return Poly(-self.scaled, self.size, self.error)

@@ -124,6 +124,25 @@ class Spline:
         opened = Spline(around, np.concatenate([self.control_points, self.control_points[:p]]))
         return Spline(target, _blossom(opened, _windows(target, p), _piece(target, opened.basis)))
 
+    def part(self, start: float, end: float) -> "Spline":
+        """The same function between two times of its domain, on a clamped knot vector there."""
+        a, b = self.domain
+        if not a <= start < end <= b:
+            raise InputError(f"part from {start:g} to {end:g}: both in [{a:g}, {b:g}], in this order, are needed")
+        plain, p, origin = self.clamped(), self.degree, self.basis.origin
+        first, last, knots = start - origin, end - origin, plain.basis.knots
+        inner = knots[(knots > first) & (knots < last)]
+        target = BSplineBasis(np.concatenate([np.full(p + 1, first), inner, np.full(p + 1, last)]), p, origin=origin)
+        return Spline(target, _blossom(plain, _windows(target, p), _piece(target, plain.basis)))
+
+    def reversed(self) -> "Spline":
+        """The same function backwards, over the same domain."""
+        plain = self.clamped()
+        knots, p = plain.basis.knots[::-1], self.degree
+        a, b = knots[-p - 1], knots[p]
+        turned = np.where(knots == a, b, np.where(knots == b, a, a + b - knots))
+        return Spline(BSplineBasis(turned, p, origin=plain.basis.origin), plain.control_points[::-1])
+
     def refined(self, new_knots) -> "Spline":
         """The same function with knots inserted (Oslo algorithm: a control is the blossom of its knots)."""
         target = self.basis.with_knots(new_knots)

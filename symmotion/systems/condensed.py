@@ -7,6 +7,7 @@ import scipy.linalg as la
 from scipy import sparse
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
+from symmotion import interrupts
 from symmotion.program.block import LocalTables
 from symmotion.program.evaluate import Pattern
 from symmotion.program.program import Program
@@ -181,8 +182,14 @@ def lowest_curvature(matrix: sparse.csr_array | LinearOperator, scale: float) ->
         values, vectors = np.linalg.eigh(matrix @ np.eye(size))
     else:
         start = np.random.default_rng(0).normal(size=size)  # seeded: the same escape in every run
+
+        def along(v: np.ndarray) -> np.ndarray:
+            interrupts.check()
+            return matrix @ v
+
         try:
-            values, vectors = eigsh(matrix, k=1, which="SA", v0=start, tol=1e-4, maxiter=LANCZOS)
+            operator = LinearOperator(matrix.shape, matvec=along, dtype=float)
+            values, vectors = eigsh(operator, k=1, which="SA", v0=start, tol=1e-4, maxiter=LANCZOS)
         except ArpackNoConvergence:
             return None
     return vectors[:, 0] if values[0] < -1e-10 * scale else None

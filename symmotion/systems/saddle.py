@@ -256,6 +256,10 @@ class Saddle:
 
     def step(self, factor: SaddleFactor, gradient: np.ndarray) -> np.ndarray:
         """(unknowns,) the Newton step along the conditions."""
+        # Beside what the conditions carry of a gradient all else would be rounding, and the step no smaller than that.
+        along = self.reduced(gradient)
+        if np.linalg.norm(self.unit * along) < np.linalg.norm(self.unit * gradient):
+            gradient = along
         return self.solve(factor, np.concatenate([-gradient, np.zeros(self.m)]))[: self.n]
 
     def pivoted_step(self, flat: np.ndarray, gradient: np.ndarray) -> np.ndarray:

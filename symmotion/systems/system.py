@@ -9,6 +9,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
+from symmotion import interrupts
 from symmotion.program.evaluate import Pattern
 from symmotion.systems.curvature import Curvature
 
@@ -103,6 +104,7 @@ def shifted(
     identity, shift = system.on_diagonal(unit) ** -2.0, 0.0
     scale = largest(matrix[system.diagonal] / identity) or 1.0 if scale is None else scale
     for shift in shifts:
+        interrupts.check()
         matrix[system.diagonal] += shift * scale * identity
         factor = (factorise or system.factorise)(matrix)
         if factor is not None:

@@ -107,7 +107,7 @@ def test_fair_reads_and_writes_pipes(tmp_path, monkeypatch):
         (["smooth", "{poses}", "--format", "tum", "-o", "m.json", "--every", "0"], "--every 0: a whole number"),
         (["smooth", "{poses}", "--format", "tum", "-o", "m.json", "--lost", "x"], "--lost 'x' is unknown; there are"),
         (["smooth", "{poses}", "--format", "tum", "-o", "m.json", "--node", "hip"], "--node goes with .csv, .bvh"),
-        (["convert", "{poses}", "--format", "tum", "-o", "m.json", "--columns", "x"], "columns 'x': ROLE=NAME"),
+        (["convert", "{poses}", "--format", "tum", "-o", "m.json", "--columns", "x"], "--columns 'x': ROLE=NAME"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(arguments, message, poses, tmp_path, monkeypatch, capsys):

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, cast
 
@@ -8,7 +9,7 @@ from scipy.optimize import minimize_scalar
 
 import symmotion as sm
 from symmotion import constraints as C
-from symmotion.constraints.maximum import SHARP
+from symmotion.constraints.highest import SHARP
 from symmotion.splines.pieces import EPS
 
 KEYS = sm.examples.random_keyframes(6, 60, 1)
@@ -132,6 +133,47 @@ def test_rounding_far_from_the_origin_counts():
     assert found.value == pytest.approx(1.0, abs=1e3 * EPS * away / top)
     fast = highest(lambda t: norm(MOTION(t, 1).translation), KEYS.times)
     assert sm.excess(far, sm.SpeedBound([0.0, 0.0, 0.0], fast)).value < 1e-6
+
+
+def test_a_sphere_far_from_the_origin_is_as_sharp_as_a_place_there():
+    """‖v − c‖² is as small as the radius, whatever v and c are: 5·10⁶ m away it once was exceeded by 100 %."""
+    away = 5e6
+    far = sm.AffineMotion(MOTION.basis, MOTION.linear, MOTION.translation + away)
+    centre = MOTION(0.5 * sum(MOTION.domain)).translation + 0.1
+    near = -highest(lambda t: -norm(MOTION(t).translation - centre), KEYS.times)
+    sphere = sm.JetConstraint(
+        lambda jet: ca.sumsqr(jet.v - (centre + away)), lower=(2 * near) ** 2, upper=np.inf, power=2
+    )
+    assert sm.excess(far, sphere).value == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize(("power", "function"), [(2, lambda v: -(v**2)), (3, lambda v: v**3)])
+def test_powers_of_what_is_negative_are_told_of_the_quantity(power, function):
+    """−v² ≥ −(l)² and v³ ≥ (−l)³: once nothing was exceeded where the limit is negative."""
+    values = MOTION(np.linspace(*MOTION.domain, 20001)).translation[:, 0]
+    quantity = -np.abs(values) if power == 2 else values
+    limit = 0.5 * quantity.min()
+    assert limit < 0
+    bound = sm.JetConstraint(lambda jet: function(jet.v[0]), lower=-(abs(limit) ** power), upper=np.inf, power=power)
+    assert sm.excess(MOTION, bound).value == pytest.approx(1.0, abs=1e-6)
+    assert sm.excess(MOTION, replace(bound, at=[2.0])).value == pytest.approx(
+        max(0.0, float((-abs(MOTION(2.0).translation[0]) if power == 2 else MOTION(2.0).translation[0]) / limit) - 1)
+    )
+
+
+@pytest.mark.parametrize("side", [(-np.inf, 1.0), (-1.0, np.inf)])
+def test_what_is_no_number_is_infinite(side):
+    """A root of what is negative somewhere, and what overflows: once they were certified to exceed nothing."""
+    lower, upper = side
+    x = MOTION(np.linspace(*MOTION.domain, 1001)).translation[:, 0]
+    level = 0.5 * (x.min() + x.max())
+    root = sm.JetConstraint(lambda jet: ca.sqrt(jet.v[0] - level), lower=lower, upper=upper)
+    assert sm.excess(MOTION, root).value == np.inf
+    inside = sm.JetConstraint(lambda jet: ca.sqrt(jet.v[0] - x.min() + 1e-3), lower=-1.0, upper=np.inf)
+    assert sm.excess(MOTION, inside).value == 0.0
+    far = sm.AffineMotion(MOTION.basis, MOTION.linear, 1e14 * (MOTION.translation + 1))
+    power = sm.JetConstraint(lambda jet: jet.v[0] ** 24, lower=lower, upper=upper)
+    assert sm.excess(far, power).value == np.inf
 
 
 def test_expressions_that_are_no_polynomials_and_motions_that_are_no_splines_are_sampled():

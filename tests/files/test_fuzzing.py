@@ -27,8 +27,8 @@ BVH = (
 BVH += "MOTION\nFrames: 2\nFrame Time: 0.1\n1 2 3\n4 5 6\n"
 KEYS = sm.examples.random_keyframes(3, 50, seed=1)
 READ = {
-    **dict.fromkeys(["tum", "kitti", "csv", "json", "bvh", "txt", "log"], sm.read_keyframes),
-    **dict.fromkeys(["images.txt", "transforms.json", "motive.csv", "euroc.csv", "tum.gz", "usda"], sm.read_keyframes),
+    **dict.fromkeys(["tum", "kitti", "csv", "json", "bvh", "txt", "log", "usda", "rot"], sm.read_keyframes),
+    **dict.fromkeys(["images.txt", "transforms.json", "motive.csv", "euroc.csv", "tum.gz"], sm.read_keyframes),
     "skin.glb": read_gltf_keyframes,
     **dict.fromkeys(["glb", "gltf"], read_gltf_keyframes),
     **dict.fromkeys(["npz", "net.json"], read_two_parameter),
@@ -39,6 +39,7 @@ TEXTS = {
     "usda": '#usda 1.0\n(\n    upAxis = "Z"\n)\ndef Xform "A" (\n    kind = "b"\n)\n{\n'
     "    float xformOp:rotateZ.timeSamples = { 0: 1, 5: 2 }\n    double3 xformOp:translate = (1, 2, 3) # c\n"
     '    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateZ"]\n}\n',
+    "rot": "701 0.0 0.0 0.0 0.0 000 !a\n701 10.5 80.12 50.8 -2.5 000\n",
     "log": f"0 0 1\n{EYE}1 1 2\n{EYE}",
     "images.txt": "# IMAGE_ID, QW, QX, QY, QZ, TX\n1 1 0 0 0 0 0 0 1 a.png\n1 2 3\n2 1 0 0 0 1 2 3 1 b.png\n\n",
     "transforms.json": json.dumps({"frames": [{"time": t, "transform_matrix": np.eye(4).tolist()} for t in (0, 1)]}),

@@ -14,8 +14,8 @@ import pytest
 
 import symmotion as sm
 from studies.solving import kernels
-from symmotion.kernels import Kernel, compiled
-from symmotion.kernels.mapped import Mapped, kernel_function
+from symmotion.kernels import Kernel, compiled, mapped
+from symmotion.kernels.mapped import COMPILE_AFTER, Mapped, kernel_function
 from symmotion.kernels.source import ARITHMETIC, BY_LANE, c_source
 from symmotion.program import Evaluator
 from symmotion.report import StudyOptions
@@ -29,6 +29,7 @@ REMEMBERED = (
     compiled._machine_path,
     compiled._compiler,
     compiled._toolchain,
+    mapped._use,
 )
 
 needs_compiler = pytest.mark.skipif(not compiled._compiler(), reason="no C compiler on this machine")
@@ -128,6 +129,30 @@ def test_the_cache_serves_processes_without_a_compiler_run(cache, monkeypatch):
     monkeypatch.setattr(subprocess, "run", None)
     assert isinstance(kernel_function(kernel, "out", 1, "auto"), compiled.MachineFunction)
     assert kernel_function(kernel, "out", 1, "interpreted") is kernel.function("out")
+
+
+@needs_compiler
+def test_what_small_programs_have_used_often_is_compiled(cache):
+    kernel = square()
+    z, data = np.linspace(-1, 1, COMPILE_AFTER // 2 * 2).reshape(-1, 2), np.ones((COMPILE_AFTER // 2, 1))
+    used = Mapped(kernel_function(kernel, "out", len(z), "interpreted"), len(z))
+    first = used(z, data, None)
+    assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")
+    assert not used.compiled and not cache.exists()
+    used(z, data, None)
+    machine = kernel_function(kernel, "out", 1, "auto")
+    assert isinstance(machine, compiled.MachineFunction)
+    assert Mapped(machine, len(z))(z, data, None).tobytes() == first.tobytes()
+
+
+def test_without_a_compiler_what_is_used_often_stays_interpreted_without_a_word(cache, monkeypatch):
+    monkeypatch.setenv("CC", "")
+    monkeypatch.setenv("PATH", "")
+    kernel, count = square(), COMPILE_AFTER
+    Mapped(kernel.function("out"), count)(np.ones((count, kernel.z.numel())), np.ones((count, 1)), None)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")
 
 
 @needs_compiler

@@ -6,8 +6,10 @@ from turns import AXIS, units
 
 import symmotion as sm
 from symmotion.motions.quaternions import algebra as qa
+from symmotion.motions.quaternions.continuation import newton
 from symmotion.motions.quaternions.interpolation import interpolate_quaternions
 from symmotion.motions.quaternions.keys import OrientationKeys
+from symmotion.motions.quaternions.passing import Passing
 
 TIMES = np.array([0.0, 0.6, 1.3, 2.0, 3.5, 4.4, 6.0])
 
@@ -134,3 +136,63 @@ def test_bad_input_names_the_culprit(call, message):
 def test_says_so_where_it_does_not_converge():
     with pytest.raises(sm.SolveError, match="rad off after 1 iterations"):
         interpolate_quaternions(TIMES, units(7, 11, 1.8), max_iterations=1)
+
+
+def far_keys(seed, ends, turns):
+    """Neighbours up to 179° apart, intervals uneven by 100, and how the ends are, for some with extra turns."""
+    r = np.random.default_rng(seed)
+    count = int(r.integers(4, 8))
+    axes = r.normal(size=(count - 1, 3))
+    ways = np.radians(r.uniform(0, 179, (count - 1, 1))) / 2 * axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    q = [np.array([1.0, 0.0, 0.0, 0.0])]
+    for way in qa.exp(ways):
+        q.append(qa.product(q[-1], way))
+    q = np.array(q)
+    if ends == "periodic":
+        q[-1] = q[0]
+    times = np.append(0.0, np.cumsum(100.0 ** r.uniform(0, 1, count - 1)))
+    rates = r.normal(size=(2, 3)) / np.diff(times).mean() if ends == "clamped" else None
+    return times, q, rates, r.integers(-1, 2, count - 1) if turns else np.zeros(count - 1, int)
+
+
+@pytest.mark.parametrize("ends", ["natural", "clamped", "periodic"])
+@pytest.mark.parametrize("turns", [False, True], ids=["plain", "turns"])
+@pytest.mark.parametrize("seed", range(2))
+def test_far_turns_at_uneven_times_converge(seed, turns, ends):
+    times, q, rates, extra = far_keys(seed, ends, turns)
+    motion = interpolate_quaternions(times, q, ends, rates, extra)
+    assert off(motion, times, q) < 1e-11
+    # An odd number of turns ends on the other side of the sphere.
+    odd = np.cumprod(np.append(1, (-1.0) ** extra))
+    sides = np.sign(np.sum(motion(times) * qa.aligned(q), axis=1))
+    np.testing.assert_array_equal(sides, odd)
+
+
+@pytest.mark.parametrize("ends", ["natural", "clamped", "periodic"])
+def test_the_conditions_change_with_the_share_of_the_ways_as_their_derivative_says(ends):
+    times, q, rates, extra = far_keys(1, ends, True)
+    keys = OrientationKeys.of(times, q, extra)
+    basis = (sm.splines.BSplineBasis.closed if ends == "periodic" else sm.splines.BSplineBasis.clamped)(times, 3)
+    system = Passing(keys, basis, rates)
+    system.shorten(0.3)
+    point, miss, _ = newton(system, system.start(), 1e-12, 50)
+    assert miss < 1e-12
+    h = 1e-6
+    sides = []
+    for share in (0.3 + h, 0.3 - h):
+        system.shorten(share)
+        sides.append(system.residual(point))
+    system.shorten(0.3)
+    np.testing.assert_allclose(system.drift(point), (sides[0] - sides[1]) / (2 * h), atol=1e-8)
+    # And by steps of the unknowns.
+    step = np.random.default_rng(0).normal(size=system.jacobian(point).shape[1])
+    ahead, behind = (system.residual(system.moved(point, sign * h * step)) for sign in (1, -1))
+    np.testing.assert_allclose(system.jacobian(point) @ step, (ahead - behind) / (2 * h), atol=1e-7)
+
+
+def test_what_is_at_fault_is_named():
+    times, q, _, extra = far_keys(0, "natural", True)
+    with pytest.raises(sm.SolveError, match=r"intervals of .* and .* stand beside each other"):
+        interpolate_quaternions(times, q, turns=extra, max_iterations=3)
+    with pytest.raises(sm.SolveError, match=r"keyframes 1 and 2 are 7\d\d° apart: add keyframes between"):
+        interpolate_quaternions(np.arange(len(q)), q, turns=[0, 2, *np.zeros(len(q) - 3, int)], max_iterations=3)

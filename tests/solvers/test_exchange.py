@@ -208,3 +208,10 @@ def test_a_bound_that_a_keyframe_is_beyond_is_infeasible():
     solution = sm.ExactNewton().solve(sm.affine_program(keys, objective=energies, constraints=[wall]))
     assert solution.status == "infeasible"
     assert solution.message == "'keyframes' and 'wall' cannot hold together"
+
+
+def test_where_the_bound_is_exceeded_between_its_times_nothing_is_called_solved():
+    found = exchange(PROGRAM, SOLVER._at_times, most_rounds=1)
+    assert found.certificate.excess["speed"].value > 1e-6
+    assert found.status == "stalled" and not found.certified
+    assert "speed is exceeded by" in found.message

@@ -217,6 +217,36 @@ def test_bounds_that_equalities_say_again_change_nothing(kind, k):
     assert NEWTON.solve(program).require().objective == pytest.approx(NEWTON.solve(free).objective, rel=1e-9)
 
 
+@pytest.mark.parametrize("system", ["auto", "sparse"])
+@pytest.mark.parametrize("squared", [False, True])
+def test_a_bound_that_an_equality_of_the_users_implies_changes_nothing(system, squared):
+    """Between the keyframes, where the equalities do not decouple: its distance is zero whatever the barrier."""
+    free = NEWTON.solve(sm.affine_program(KEYS, objective=BOTH))
+    place = float(free.motion(2.5).translation[0]) + 0.1
+    said = sm.JetConstraint(lambda jet: jet.v[0], lower=place, upper=place, at=2.5, name="said")
+    again = sm.JetConstraint(lambda jet: -jet.v[0], lower=-place, upper=np.inf, at=2.5, name="again")
+    if squared:
+        sign = np.sign(place)
+        again = sm.JetConstraint(
+            lambda jet: sign * jet.v[0] ** 2, lower=-np.inf, upper=sign * place**2, at=2.5, name="again"
+        )
+    alone, both = (sm.affine_program(KEYS, objective=BOTH, constraints=c) for c in ([said], [said, again]))
+    solution = sm.ExactNewton(kernels="interpreted", system=system).solve(both).require()
+    assert solution.objective == pytest.approx(NEWTON.solve(alone).require().objective, rel=1e-9)
+
+
+@pytest.mark.parametrize("system", ["auto", "sparse"])
+def test_steps_end_along_equalities_that_do_not_decouple(system):
+    """A bound that does not press, beside rates that are equal at both ends: it once took all steps that there are."""
+    keys = sm.examples.random_keyframes(5, 50, 2)
+    objective = sm.Rigidity(2) + 0.1 * sm.TrajectoryEnergy(np.zeros((1, 3)))
+    ends = [(float(keys.times[0]), float(keys.times[-1]))]
+    closed = sm.JetConstraint(lambda one, two: one.dv - two.dv, at=ends, name="closed")
+    program = sm.affine_program(keys, objective=objective, constraints=[closed, sm.SpeedBound(np.zeros(3), 8.0)])
+    solution = sm.ExactNewton(kernels="interpreted", system=system).solve(program).require()
+    assert not solution.multipliers["speed"].any() and solution.iterations < 40
+
+
 @pytest.mark.parametrize("k", range(5))
 def test_complementary_places_have_no_inside(k):
     name = f"corner-{k}"

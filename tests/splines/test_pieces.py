@@ -30,9 +30,23 @@ def test_sums_and_products_keep_their_rounding(away):
     for k in range(11):
         s = Fraction(k, 10)
         x, y = exact(a[:, 0].tolist(), s), exact(b[:, 0].tolist(), s)
-        for found, true in ((p + q, x + y), (p - q, x - y), (p * q, x * y), (p * q * p + q, x * y * x + y)):
+        sums, products = ((p + q, x + y), (p - q, x - y)), ((p * q, x * y), (p * q * p + q, x * y * x + y))
+        for found, true in (*sums, *products):
             assert abs(of_poly(found, s) - true) <= Fraction(float(found.error[0]))
-            assert float(found.error[0]) <= 1e-13 * float(found.size[0])
+        for found, size in (*((f, 5.0 + 2 * away) for f, _ in sums), *((f, float(f.size[0])) for f, _ in products)):
+            assert float(found.error[0]) <= 1e-13 * size
+
+
+def test_squares_of_what_cancels_are_off_by_its_rounding_alone():
+    away = 5e6
+    a = RNG.standard_normal((4, 1)) + away
+    apart = Poly.of(a, np.zeros(1)) - Poly.constant(away)
+    square = apart * apart
+    for k in range(11):
+        s = Fraction(k, 10)
+        true = (exact(a[:, 0].tolist(), s) - Fraction(away)) ** 2
+        assert abs(of_poly(square, s) - true) <= Fraction(float(square.error[0]))
+    assert float(square.error[0]) < 1e-6  # (ε 5e6) · 3, not ε (5e6)²
 
 
 def test_halves_are_the_same_polynomial():

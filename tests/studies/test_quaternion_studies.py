@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from studied import certified, table
 
-import symmotion as sm
 from studies.quaternions import boomerang, keyframe_body, quaternion_curves, quaternion_speed, torque
 from studies.recorded import plates
 from studies.sweeps import sweep
@@ -69,19 +68,6 @@ def test_plates_on_the_rotations():
     rows = {r["history"]: r for r in table(result, "histories")}
     assert rows["least ∫‖Ω̇‖²"]["∫‖Ω̇‖²"] == pytest.approx(2.8707e-4, rel=1e-4)
     assert result.runs[0].certified
-
-
-def test_rotation_files_are_read_and_checked(tmp_path):
-    path = tmp_path / "plate.rot"
-    path.write_text("! a comment\n701 10 0 90 -30 000 ! later\n701 0 0 0 0 000\n101 5 1 2 3 714\n\n")
-    ages, q = plates.read_rotations(path, 701, 0)
-    np.testing.assert_array_equal(ages, [0, 10])
-    np.testing.assert_allclose(q[1], [np.cos(np.pi / 12), 0, -np.sin(np.pi / 12), 0], atol=1e-15)
-    with pytest.raises(sm.InputError, match="no rotations of plate 5 relative to 000"):
-        plates.read_rotations(path, 5, 0)
-    path.write_text("701 0 0 0 0 000\n701 ten 0 0 0 000\n")
-    with pytest.raises(sm.InputError, match=r"plate\.rot, line 2"):
-        plates.read_rotations(path, 701, 0)
 
 
 def test_quaternion_speed(monkeypatch):

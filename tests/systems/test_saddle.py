@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import symmotion as sm
-from symmotion.program import Bounded
+from symmotion.program import Bounded, Evaluator
 from symmotion.solvers.frame import Frame
 from symmotion.solvers.journal import Journal
 from symmotion.systems import Saddle
@@ -35,3 +35,20 @@ def test_steps_are_exact_beside_stiff_bounds(stiff):
         d /= np.sqrt(np.abs(whole * d * d[:, None]).max(axis=1))
     left = d * (right - whole @ system.solve(factor, right))
     assert np.linalg.norm(left) <= 1e-10 * np.linalg.norm(d * right)
+
+
+def test_a_step_does_not_see_what_the_conditions_carry_of_a_gradient():
+    """Beside multipliers of a million, decrements once were the rounding of these, and descents never ended."""
+    keys = sm.examples.random_keyframes(5, 50, 2)
+    ends = [(float(keys.times[0]), float(keys.times[-1]))]
+    closed = sm.JetConstraint(lambda one, two: one.dv - two.dv, at=ends, name="closed")
+    objective = sm.Rigidity(2) + 0.1 * sm.TrajectoryEnergy(np.zeros((1, 3)))
+    program = sm.affine_program(keys, objective=objective, constraints=[closed])
+    x, evaluator = sm.ExactNewton().solve(program).require().x, Evaluator(program)
+    saddle = Saddle(program, evaluator.jacobian(x))
+    gradient, matrix = evaluator.second_order(x, saddle.pattern)
+    factor = saddle.factorise(matrix)
+    assert factor is not None
+    forces = 1e6 * np.random.default_rng(1).standard_normal(program.conditions)
+    pulled = gradient + saddle.jacobian.T @ forces
+    assert abs(pulled @ saddle.step(factor, pulled)) < 1e-12  # of a stationary point
