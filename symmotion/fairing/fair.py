@@ -13,6 +13,7 @@ from symmotion.errors import InputError
 from symmotion.fairing.borders import Borders, Freedom
 from symmotion.fairing.coordinates import AnyMotion, Coordinates, Fairable, Parts, same_kind
 from symmotion.fairing.greedy import Limits
+from symmotion.fairing.in_turn import both_parts, in_turn
 from symmotion.fairing.jumps import Jumps
 from symmotion.fairing.keyframes import Asked, held, weights_of
 from symmotion.fairing.methods import Found, Task, by_bounds, by_least_squares, by_program, by_steps
@@ -81,6 +82,7 @@ def fair(
     parts: "real", "dual", "translation", "real+dual" (all that moves when left out) or
         "real+translation" (PCG 6); length: the unit that dual parts and translations are divided by.
     keyframes: ((u, v), displacement), an `Affine` or `DualQuaternions`, or `NetKeyframe`, `NetPlace`: kept exactly.
+        With "real+translation" by least squares only, of the real part first, and with each part's own prices.
     borders: "ring", the outermost controls stay; "free"; "G0", "G1", "G2": the motion along the border and its first
         one or two derivatives across stay; `Continued`: they are those of a neighbouring net, also at a corner with a
         ring. One for all sides, or by side: "u0", "u1", "v0", "v1". The nine controls of a greedy step are inner ones.
@@ -103,6 +105,10 @@ def fair(
     }  # fmt: skip
     _check(chosen, form, options, divergence)
     coordinates = Coordinates.of(motion, parts, length)
+    some = not isinstance(keyframes, Sequence) or len(keyframes) > 0
+    if some and chosen == "least-squares" and form == "closed" and both_parts(coordinates):
+        shared = {"weight": weight, "region": region, "length": length, "borders": borders, "weights": weights}
+        return in_turn(fair, motion, keyframes, shared | {"target": target, "metric": metric}, noise)
     jumps = Jumps.of(coordinates.bases)
     net = coordinates.net
     freedom = Freedom.of(coordinates, jumps, region, borders)

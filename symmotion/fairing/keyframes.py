@@ -153,8 +153,8 @@ def held(coordinates: Coordinates, keyframes: Sequence[Asked]) -> tuple[Held, ..
         return ()
     if coordinates.parts == "real+translation":
         raise InputError(
-            "keyframes with parts 'real+translation': a displacement is not linear in both; fair real+dual, or the "
-            "real part first and then the translation"
+            "keyframes with parts 'real+translation': a displacement is not linear in both; least squares in closed "
+            "form meet them one after the other; or fair real+dual"
         )
     if coordinates.normalised:
         raise InputError("keyframes: a curve of unit quaternions is not linear in its controls; use a RationalMotion")

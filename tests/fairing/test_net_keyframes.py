@@ -168,6 +168,30 @@ def test_keyframes_of_single_parts_of_a_spatial_motion(parts, method):
             np.testing.assert_allclose(r.motion(*at).linear, k.linear, atol=1e-12)
 
 
+def test_real_part_and_translation_one_after_the_other():
+    """Without keyframes the least squares of both; with them these hold, and each part has its prices."""
+    sides: dict[str, Any] = {"length": 2.0}
+    both = fair(SPATIAL, "least-squares", weight=0.5, parts="real+translation", **sides)
+    real = fair(SPATIAL, "least-squares", weight=0.5, parts="real", **sides)
+    apart = fair(real.motion, "least-squares", weight=0.5, parts="translation", **sides)
+    one, other = (r.motion.control_displacements.dual for r in (apart, both))
+    np.testing.assert_allclose(one, other, atol=1e-11)
+    place = np.array([0.3, -0.2, 0.4])
+    point = SPATIAL.trajectory(place, 4.5, 5.5)[0]
+    keys = [*keyframes_near(SPATIAL, 3), NetPlace((4.5, 5.5), place, point)]
+    for given in ({"weight": 0.5}, {"noise": (0.02, 0.05)}):
+        r = loose(SPATIAL, parts="real+translation", method="least-squares", keyframes=keys, **sides, **given)
+        assert missed(r.motion, keys[:3]) < 1e-11
+        np.testing.assert_allclose(r.motion.trajectory(place, 4.5, 5.5)[0], point, atol=1e-11)
+        assert r.final < 0.1 * r.initial
+        assert r.multipliers["keyframes"].shape == (4, 8) and np.isnan(r.keyframe_weights[3])
+        assert r.final == pytest.approx(fair(r.motion, max_steps=0, parts="real+translation", length=2.0).initial)
+    with pytest.raises(sm.InputError, match="by least squares with a weight or noise, not with target"):
+        fair(SPATIAL, "least-squares", parts="real+translation", keyframes=keys, target=1.0)
+    with pytest.raises(sm.InputError, match="keyframe 0: parameters"):
+        loose(SPATIAL, "least-squares", parts="real+translation", keyframes=[("a", keys[0][1])])
+
+
 @pytest.mark.parametrize("parts", ["real+dual", "dual", "translation"])
 def test_places_of_body_points(parts):
     point, x = np.array([0.5, -1.0, 2.0]), np.array([1.0, 0.4, 2.2])
