@@ -6,8 +6,8 @@ from time import process_time
 
 import numpy as np
 
-from studies.fairing.fairing_conditions import at_displacement
 from studies.fairing.fairing_nets import counts_table, fairness, quartiles, rms
+from studies.fairing.pareto import at_displacement
 from studies.shares import paired, ratio, spread
 from symmotion.fairing import FairingResult, Method, fair
 from symmotion.motions import TwoParameterMotion, noisy_net, smooth_net

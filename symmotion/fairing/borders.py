@@ -108,6 +108,11 @@ class Freedom:
                 )
             z.append(_null(shapes[k], part, [edges[f"{x}{e}"].rows for e in "01" if f"{x}{e}" in edges]))
         shift = _shift(coordinates.net, edges) if any(e.targets is not None for e in edges.values()) else None
+        for x, basis in zip("uv", z, strict=True):
+            if not basis.shape[1]:
+                raise InputError(
+                    f"borders {x}0 and {x}1 leave none of the {basis.shape[0]} controls in {x} free to move"
+                )
         return Freedom(z[0], z[1], shift, edges, ring, box)
 
 

@@ -15,7 +15,7 @@ from symmotion.fairing.coordinates import AnyMotion, Coordinates, Fairable, Part
 from symmotion.fairing.greedy import Limits
 from symmotion.fairing.jumps import Jumps
 from symmotion.fairing.keyframes import Asked, held, weights_of
-from symmotion.fairing.methods import Found, Task, by_least_squares, by_program, by_steps
+from symmotion.fairing.methods import Found, Task, by_bounds, by_least_squares, by_program, by_steps
 from symmotion.fairing.metrics import Metric
 from symmotion.fairing.noise import noise_metric
 from symmotion.fairing.programs import fairing_program, tolerances
@@ -26,6 +26,8 @@ Method = Literal["greedy", "orthogonal", "least-squares", "bounded"]
 METHODS = ("greedy", "orthogonal", "least-squares", "bounded")
 Form = Literal["closed", "program"]
 STEPS_PER_KNOT = 100
+# And within tolerances, where steps that are still allowed go round in circles, so many per knot without a better net.
+PATIENCE_PER_KNOT = 20
 # How often a target is lowered for what the control quaternions lose when they are made unit ones again.
 LOWERED = 5
 
@@ -67,7 +69,8 @@ def fair(
         curve or pose motion, which is faired through its control polygon.
     method: greedy when left out, with `noise` least-squares.
     target: of G. The steps stop there; least squares finds the weight that leads there.
-    max_steps: 100 per knot when left out; divergence: the steps stop where G is this multiple of the best;
+    max_steps: 100 per knot when left out, and with a tolerance 20 without a better net; divergence: the steps stop
+        where G is this multiple of the best;
         change: the steps stop where one changes G by less, PCG (23), which happens by chance.
     tolerance: δ, one or (n, m), in units of the faired coordinates: steps that move a control
         further are discarded; "bounded" needs it.
@@ -108,9 +111,11 @@ def fair(
         metric, size = noise_metric(coordinates, freedom, noise, metric)
     task = Task(coordinates, jumps, freedom, net, held(coordinates, keyframes), Metric.of(net.shape, weights, metric))
     limits = Limits(target, STEPS_PER_KNOT * task.knots if max_steps is None else max_steps, divergence)
+    allowed = None if tolerance is None else tolerances(tolerance, net.shape[:2])
     if chosen in ("greedy", "orthogonal"):
-        allowed = None if tolerance is None else tolerances(tolerance, net.shape[:2])
         limits = replace(limits, knots=freedom.box.knots(jumps), tolerance=allowed, change=change or 0.0)
+        if allowed is not None and max_steps is None:
+            limits = replace(limits, patience=PATIENCE_PER_KNOT * task.knots)
 
     def run(goal: float | None) -> Found:
         if chosen in ("greedy", "orthogonal"):
@@ -121,8 +126,9 @@ def fair(
             "region": region, "parts": coordinates.parts, "length": length, "keyframes": keyframes, "borders": borders,
             "weights": weights, "metric": metric,
         }  # fmt: skip
-        if chosen == "bounded":
-            return by_program(task, ExactNewton(), fairing_program(motion, tolerance=tolerance, **given))
+        if chosen == "bounded" and allowed is not None:
+            program = fairing_program(motion, tolerance=tolerance, **given)
+            return by_bounds(task, ExactNewton(), program, allowed)
         found = by_least_squares(task, goal, weight, size)
         program = fairing_program(motion, weight=found.weight or 1.0, **given)
         solved = by_program(task, ExactNewton(), program, weight=found.weight)

@@ -19,6 +19,7 @@ class Limits:
     target: of G, None for as low as it gets; max_steps; divergence: stop where G exceeds this
     multiple of the best G seen.
     change: stop where a step changes G by less, PCG (23), 0 for never.
+    patience: stop where so many steps have not led to a better net, None for never.
     knots: (K, L) the knots to step at, None for all; tolerance: (n, m) how far each control
     may go from its start, None for any distance.
     """
@@ -29,6 +30,7 @@ class Limits:
     knots: np.ndarray | None = None
     tolerance: np.ndarray | None = None
     change: float = 0.0
+    patience: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +121,7 @@ def iterate(
     if limits.tolerance is not None:
         fence = Fence(tables, limits.tolerance, jumps.shape[3], measure.shape, gone)
     target = -1.0 if limits.target is None else limits.target
+    patience = limits.max_steps if limits.patience is None else limits.patience
     log = _Log(jumps.shape, float(measure.sum()))
     value, steps, discarded, status = log.best_value, 0, 0, ""
     flat_choice = choice.ravel()
@@ -146,7 +149,7 @@ def iterate(
             multiplier = dot(local.solve, jump.ravel()).reshape(jump.shape)
             move = local.move @ multiplier.ravel()
         if fence is not None and not (
-            fence.admits(k, l, multiplier) if local is None or move is None else fence.takes(local.place, move)
+            fence.admits(k, l, multiplier) if local is None or move is None else fence.takes(k, l, local, move)
         ):
             # Not before a step nearby has changed what is asked of this one.
             flat_choice[i] = 0.0
@@ -175,7 +178,7 @@ def iterate(
         log.append(knot, multiplier, value)
         if log.full:
             log.settle()
-        if value > limits.divergence * log.best_value:
+        if value > limits.divergence * log.best_value or steps - log.best > patience:
             status = "diverged"
         elif abs(gain) < limits.change:
             status = "stalled"

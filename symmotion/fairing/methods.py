@@ -18,9 +18,14 @@ from symmotion.fairing.metrics import Metric
 from symmotion.fairing.programs import FairingDesign
 from symmotion.fairing.reference import iterate_programs
 from symmotion.fairing.result import FairingStatus
+from symmotion.jets.space import UNKNOWN
 from symmotion.program import Program
 from symmotion.solvers import Solver, Status
 from symmotion.systems import Certificate
+
+# The weight of the least squares that bounded fairing starts from, relative to the largest diagonal entry of their
+# system, and how far within its bound a control is at first.
+LIGHT, HALFWAY = 0.01, 0.5
 
 STATUSES = {
     "target": FairingStatus.TARGET,
@@ -146,11 +151,31 @@ def by_least_squares(task: Task, target: float | None, weight: float | None, noi
     return Found(found.net, status, multipliers, 1, 1, weight=found.weight)
 
 
+def by_bounds(task: Task, solver: Solver, program: Program[FairingDesign], tolerance: np.ndarray) -> Found:
+    """The net within the tolerances (n, m), from the least squares drawn inside them, else from the net given.
+
+    At the net given, the centre of all bounds, their slopes vanish: what a barrier is told there is little.
+    """
+    problem = task.problem
+    near = problem.solve(LIGHT * float(problem.gram.diagonal().max())).net
+    move = near - task.net
+    far = np.sqrt(np.maximum(np.sum(move * task.metric.times(move), axis=-1), 0.0))
+    move *= np.minimum(1.0, HALFWAY * tolerance / np.maximum(far, 1e-300))[..., None]
+    start = program.pack({UNKNOWN: (task.net + move - program.design.shift).reshape(-1, task.net.shape[-1])})
+    found = by_program(task, solver, program, start=start)
+    return found if found.status == FairingStatus.SOLVED else by_program(task, solver, program)
+
+
 def by_program(
-    task: Task, solver: Solver, program: Program[FairingDesign], enough: float = 0.0, weight: float | None = None
+    task: Task,
+    solver: Solver,
+    program: Program[FairingDesign],
+    enough: float = 0.0,
+    weight: float | None = None,
+    start: np.ndarray | None = None,
 ) -> Found:
     """The net that a solver finds; enough: the tolerance to which the certificate is to hold where the solver fails."""
-    solution = solver.solve(program)
+    solution = solver.solve(program, start)
     net = program.design.net(program.unpack(solution.x))
     good = solution.status == Status.SOLVED or solution.certificate.holds(enough)
     status = FairingStatus.SOLVED if good else FairingStatus.FAILED

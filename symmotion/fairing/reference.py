@@ -31,6 +31,7 @@ def iterate_programs(
     solver, steps = ExactNewton(), LocalSteps(coordinates, jumps, step, metric, held)
     start, net = coordinates.net, first
     best, kept = 0, net
+    patience = limits.max_steps if limits.patience is None else limits.patience
     allowed = np.ones(jumps.shape, dtype=bool) if limits.knots is None else limits.knots
     open_knots = allowed.copy()
     history = [float(jumps.fairness(net).sum())]
@@ -43,7 +44,7 @@ def iterate_programs(
             status = "target"
         elif len(history) > limits.max_steps:
             status = "cap"
-        elif history[-1] > limits.divergence * history[best]:
+        elif history[-1] > limits.divergence * history[best] or len(history) - 1 - best > patience:
             status = "diverged"
         elif not measure.max() > 0:
             status = "exhausted"

@@ -17,8 +17,8 @@ class FairingStatus(StrEnum):
     """How fairing ended.
 
     TARGET: G is at the target or below; SOLVED: the global problem is solved; MINIMUM: G went up
-    again for good, past its minimum, and the best net was kept; CAP: the cap on steps was reached;
-    EXHAUSTED: no step is left that the tolerance allows; STALLED: a step changed G by less than was
+    again for good, or within tolerances did not fall any more, and the best net was kept; CAP: the cap on steps was
+    reached; EXHAUSTED: no step is left that the tolerance allows; STALLED: a step changed G by less than was
     asked for, PCG (23); FAILED: a solver failed.
 
     >>> result = sm.fair(sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1), max_steps=3)

@@ -108,7 +108,7 @@ class ToolPath:
 
 
 def read_tool_path(path: FilePath, *, delimiter: str | None = None) -> ToolPath:
-    """A table of columns `u v x y z qw qx qy qz` by name, in any order.
+    """A table of columns `u v x y z qw qx qy qz` by name, in any order; without `x y z` of turns about the origin.
 
     delimiter: between columns. Raises InputError that names the line at fault.
 
@@ -118,17 +118,29 @@ def read_tool_path(path: FilePath, *, delimiter: str | None = None) -> ToolPath:
     >>> sm.files.read_tool_path("tool.csv").displacements.shape
     (16,)
     """
-    wanted = (*PARAMETERS, *TRANSLATION, *QUATERNION)
+    wanted = (*PARAMETERS, *QUATERNION, *TRANSLATION)
     with readable(path) as handle:
         table = table_of(path, handle, delimiter, False)
         header = _header(table.header or ())
-        chosen = _present(path, header, "tool path", (wanted,))
+        # A table with some of x y z only is not one of turns.
+        turns = () if set(TRANSLATION) & set(header) else (wanted[:6],)
+        chosen = _present(path, header, "tool path", (wanted, *turns))
         numbers, lines = read_numbers(path, table.rows, [header.index(c) for c in chosen], len(header))
-    real = numbers[:, 5:]
+    real = numbers[:, 2:6]
     zero = np.linalg.norm(real, axis=1) == 0
     if zero.any():
         raise InputError(f"{path}, line {lines[int(np.argmax(zero))]}: the quaternion is zero")
-    return ToolPath(numbers[:, 0], numbers[:, 1], DualQuaternions.from_parts(real, numbers[:, 2:5]))
+    place = numbers[:, 6:] if len(chosen) > 6 else np.zeros((len(numbers), 3))
+    return ToolPath(numbers[:, 0], numbers[:, 1], DualQuaternions.from_parts(real, place))
+
+
+def read_matrix(path: FilePath) -> np.ndarray:
+    """(n, m) the numbers of a table without names, a line for each row; InputError that names the line at fault."""
+    with readable(path) as handle:
+        table = table_of(path, handle, None, False)
+        if (table.header is not None and not table.commented) or not table.first:
+            raise InputError(f"{path}: a table of numbers alone is needed")
+        return read_numbers(path, table.rows, range(len(table.first)), len(table.first))[0]
 
 
 def write_tool_path(motion: TwoParameterMotion, path: FilePath, u: ArrayLike, v: ArrayLike) -> None:

@@ -68,11 +68,17 @@ class Bounded:
         """
         return self.evaluator.second_order(x, self._parts(pattern)[0], theta * equalities, theta=theta)
 
-    def stiffened(
-        self, x: np.ndarray, pattern: Pattern, multipliers: np.ndarray, stiffness: np.ndarray, theta: float = 1.0
+    def stiffen(
+        self,
+        matrix: np.ndarray,
+        x: np.ndarray,
+        pattern: Pattern,
+        multipliers: np.ndarray,
+        stiffness: np.ndarray,
+        theta: float = 1.0,
     ) -> np.ndarray:
-        """θ ∇²(λᵀc) + Jᵀ diag(σ) J of the bounds in the order of the pattern of `framed`; λ, σ: (bounds,)."""
-        return self.sides.stiffened(x, self._parts(pattern)[1], multipliers, stiffness, theta)
+        """Add θ ∇²(λᵀc) + Jᵀ diag(σ) J of the bounds to a matrix in the pattern of `framed`; λ, σ: (bounds,)."""
+        return self.sides.stiffen(matrix, x, self._parts(pattern)[1], multipliers, stiffness, theta)
 
     def _parts(self, pattern: Pattern) -> tuple[Pattern, Pattern]:
         """The pattern of the terms and the equalities, and that of the bounds."""

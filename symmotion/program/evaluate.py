@@ -186,20 +186,29 @@ class Evaluator:
         self.seconds += perf_counter() - began
         return slopes, flat[:-1]
 
-    def stiffened(
-        self, x: np.ndarray, pattern: Pattern, multipliers: np.ndarray, stiffness: np.ndarray, theta: float = 1.0
+    def stiffen(
+        self,
+        matrix: np.ndarray,
+        x: np.ndarray,
+        pattern: Pattern,
+        multipliers: np.ndarray,
+        stiffness: np.ndarray,
+        theta: float = 1.0,
     ) -> np.ndarray:
-        """(pattern.size,) theta · ∇²(λᵀg) + Jᵀ diag(σ) J in the order of a pattern of the constraints alone."""
+        """A matrix (pattern.size,) with theta · ∇²(λᵀg) + Jᵀ diag(σ) J added in place, in a pattern of the constraints.
+
+        Where constraints read little of a wide band, a matrix of zeros beside it would cost more than what is added.
+        """
         self.counts["hessian"] += 1
         began = perf_counter()
-        flat = np.zeros(pattern.size + 1)
         weights = self.program.split(multipliers), self.program.split(stiffness)
         rows = self._rows(self.constraints, x)
         for e, z, table, target in zip(self.constraints, rows, pattern.tables, pattern.targets, strict=True):
             mu, sigma = (part[e.block.name] for part in weights)
-            flat[target] += e.second_order(z, table, theta, mu, sigma)[1].ravel()
+            blocks, inside = e.second_order(z, table, theta, mu, sigma)[1].ravel(), target < pattern.size
+            matrix[target[inside]] += blocks[inside]
         self.seconds += perf_counter() - began
-        return flat[:-1]
+        return matrix
 
     def along(self, x: np.ndarray, direction: np.ndarray) -> np.ndarray:
         """(conditions,) J d, the derivative of g along a direction (unknowns,); J is not formed."""

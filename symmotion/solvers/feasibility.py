@@ -97,7 +97,7 @@ def _factor(
     broken = (outside != 0).astype(float)
     identity = system.on_diagonal(frame.unit) ** -2.0
     for theta in (1.0, 0.0):
-        matrix = frame.stiffened(system, x, outside, broken, theta)
+        matrix = frame.stiffen(np.zeros(system.pattern.size), system, x, outside, broken, theta)
         if theta and frame.curved:
             matrix += frame.second_order(system, x, forces)[1] - frame.second_order(system, x, 0.0 * forces)[1]
         if not np.isfinite(matrix).all():

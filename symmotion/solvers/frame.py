@@ -75,12 +75,18 @@ class Frame:
         """∇f and the Hessian of f + yᵀc_E, without the bounds."""
         return self.bounded.second_order(x, system.pattern, equalities, theta)
 
-    def stiffened(
-        self, system: AnySystem, x: np.ndarray, multipliers: np.ndarray, stiffness: np.ndarray, theta: float = 1.0
+    def stiffen(
+        self,
+        matrix: np.ndarray,
+        system: AnySystem,
+        x: np.ndarray,
+        multipliers: np.ndarray,
+        stiffness: np.ndarray,
+        theta: float = 1.0,
     ) -> np.ndarray:
-        """What the bounds add to that: θ ∇²(λᵀc) + Jᵀ diag(σ) J."""
+        """That matrix with what the bounds add to it, in place: θ ∇²(λᵀc) + Jᵀ diag(σ) J."""
         scale = self.scale
-        return self.bounded.stiffened(x, system.pattern, multipliers / scale, stiffness / scale**2, theta)
+        return self.bounded.stiffen(matrix, x, system.pattern, multipliers / scale, stiffness / scale**2, theta)
 
     def size(self, system: AnySystem, hessian: np.ndarray) -> float:
         """The largest diagonal entry of a matrix in the program's own units."""

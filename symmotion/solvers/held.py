@@ -52,7 +52,7 @@ def held_newton(frame: Frame, enough: Enough, start: Held, most: float) -> Held 
         gradient, matrix = frame.second_order(system, x, y)
         violation = evaluator.violation(x)
         stiffness = STIFF * frame.size(system, matrix) * held
-        matrix += frame.stiffened(system, x, multipliers, stiffness)
+        frame.stiffen(matrix, system, x, multipliers, stiffness)
         if not np.isfinite(matrix).all():
             return found
         if k:

@@ -197,7 +197,7 @@ class Interior:
     def _second_order(self, theta: float) -> tuple[np.ndarray, np.ndarray]:
         frame, slacks = self.frame, self._slacks
         gradient, matrix = frame.second_order(self.system, self.x, self.equalities, theta)
-        return gradient, matrix + frame.stiffened(self.system, self.x, slacks.multipliers, slacks.stiffness, theta)
+        return gradient, frame.stiffen(matrix, self.system, self.x, slacks.multipliers, slacks.stiffness, theta)
 
     def shifted(self, matrix: np.ndarray) -> AnyFactor:
         shifts = tenfold(RIDGE, most=MOST_SHIFT)

@@ -51,18 +51,14 @@ def banded_curvature(lower: np.ndarray) -> Curvature:
     band, n = lower.shape[0] - 1, lower.shape[1]
     if not np.any(lower):
         return FLAT if n else POSITIVE
-    columns = np.arange(n) + np.arange(band + 1)[:, None]
-    inside = columns < n
-    below = np.where(inside, columns, 0)
-    lower = np.where(inside, lower, 0.0)
     # Of a matrix that may be positive definite no row has an entry larger than its diagonal allows.
-    d = 1.0 / np.sqrt(lower[0]) if (lower[0] > 0).all() else np.zeros(n)
-    if not d.any() or np.abs(lower * d * d[below]).max() > 1.0 + n * EPS:
-        rows = np.abs(lower).max(axis=0)
-        np.maximum.at(rows, below, np.abs(lower))
-        d = scaling(lower[0], rows)
-    scaled = lower * d * d[below]
-    rounding = n * EPS * float(np.abs(scaled).max())
+    positive = bool((lower[0] > 0).all())
+    d = 1.0 / np.sqrt(lower[0]) if positive else np.ones(n)
+    scaled = _scaled(lower, d)
+    if not positive or _size(scaled) > 1.0 + n * EPS:
+        d = scaling(lower[0], _rows(lower))
+        scaled = _scaled(lower, d)
+    rounding = n * EPS * _size(scaled)
     if _cholesky(scaled, -rounding)[1] == 0:
         return POSITIVE
     factor, stopped = _cholesky(scaled, rounding)
@@ -80,11 +76,37 @@ def banded_curvature(lower: np.ndarray) -> Curvature:
     return Curvature("indefinite", d * y)
 
 
+def _scaled(lower: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """The bands of d_i h_ij d_j, zero in the corner that no entry of the matrix lies in; by columns, as LAPACK's."""
+    band, n = lower.shape[0] - 1, lower.shape[1]
+    columns = np.lib.stride_tricks.sliding_window_view(np.concatenate([d, np.zeros(band)]), band + 1)
+    scaled = lower.T * d[:, None]
+    scaled *= columns
+    for j in range(max(0, n - band), n):
+        scaled[j, n - j :] = 0.0
+    return scaled.T
+
+
+def _rows(lower: np.ndarray) -> np.ndarray:
+    """(n,) the largest entry of every row of the matrix."""
+    n = lower.shape[1]
+    rows = np.zeros(n)
+    for k, diagonal in enumerate(np.abs(lower[:n])):
+        rows[: n - k] = np.maximum(rows[: n - k], diagonal[: n - k])
+        rows[k:] = np.maximum(rows[k:], diagonal[: n - k])
+    return rows
+
+
+def _size(array: np.ndarray) -> float:
+    """The largest entry, without an array of absolute values beside a large one."""
+    return max(float(array.max()), -float(array.min()))
+
+
 def _cholesky(lower: np.ndarray, shift: float) -> tuple[np.ndarray, int]:
     """The banded factor of a matrix plus a multiple of the identity, and the pivot at which it stopped, else 0."""
-    shifted = lower.copy()
+    shifted = lower.copy(order="F")
     shifted[0] += shift
-    return la.lapack.dpbtrf(shifted, lower=1)
+    return la.lapack.dpbtrf(shifted, lower=1, overwrite_ab=1)
 
 
 def dense_curvature(matrix: np.ndarray, error: float = 0.0) -> Curvature:

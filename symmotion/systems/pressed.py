@@ -33,9 +33,8 @@ class Pressed:
         unit = bounded.program.unit
         self._scale = reach(normals, unit)
         self._normals = sparse.csr_array(normals.multiply(1 / self._scale[:, None]))
-        stiffness = np.zeros(len(bounds))
-        stiffness[held] = self._scale**-2.0
-        self._weighed = bounded.stiffened(x, system.pattern, np.zeros(len(bounds)), stiffness)
+        self._stiffness = np.zeros(len(bounds))
+        self._stiffness[held] = self._scale**-2.0
         self.diagonal, self.on_diagonal = system.diagonal, system.on_diagonal
 
     def second_order(self, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -43,14 +42,15 @@ class Pressed:
         bounded, (equal, bounds) = self._bounded, self._bounded.places
         gradient, hessian = bounded.second_order(self._x, self._system.pattern, multipliers[equal])
         none = np.zeros(len(bounds))
-        return gradient, hessian + bounded.stiffened(self._x, self._system.pattern, multipliers[bounds], none)
+        return gradient, bounded.stiffen(hessian, self._x, self._system.pattern, multipliers[bounds], none)
 
     def decrement(self, hessian: np.ndarray, residual: np.ndarray) -> float | None:
         """½ rᵀM⁻¹r along the conditions where the Hessian is positive definite there; None where that is not seen."""
         system, unit = self._system, self._bounded.program.unit
         size = own_size(system, hessian, unit) or 1.0
         for weight in WEIGHTS:
-            matrix = hessian + weight * size * self._weighed
+            stiffness = weight * size * self._stiffness
+            matrix = self._bounded.stiffen(hessian.copy(), self._x, system.pattern, 0.0 * stiffness, stiffness)
             if banded_curvature(system.lower_bands(matrix)).inertia == "positive":
                 break
         else:

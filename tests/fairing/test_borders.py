@@ -120,6 +120,7 @@ def test_curves_have_two_ends():
             lambda: loose(smooth_net(5, 9), borders={"u0": Continued(smooth_net(5, 9), "G2"), "u1": "G2"}),
             "borders u0 and u1 share controls",
         ),
+        (lambda: loose(smooth_net(6, 9), borders="G2"), "borders u0 and u1 leave none of the 6 controls in u free"),
     ],
 )
 def test_bad_borders_are_named(make, message):

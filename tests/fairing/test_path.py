@@ -88,6 +88,24 @@ def test_forbidden_steps_are_hardly_tried_again():
     assert r.displacement.max() <= 0.03 * (1 + 1e-12)
 
 
+@pytest.mark.parametrize("step", ["greedy", "orthogonal"])
+def test_forbidden_steps_under_conditions_are_hardly_tried_again_either(step):
+    net = noisy_net(smooth_net(14), 0.02, seed=1, ring=True)
+    keys = [((6.0, 7.0), net(6.0, 7.0)), ((9.5, 4.2), net(9.5, 4.2))]
+    for given in ({"keyframes": keys}, {"weights": np.linspace(1, 2, 14 * 14).reshape(14, 14)}):
+        r = fair(net, step, tolerance=0.03, max_steps=1000, **given)
+        assert r.steps == 1000 and r.discarded < r.steps
+        assert r.displacement.max() <= 0.03 * (1 + 1e-12)
+
+
+def test_steps_within_tolerances_end_where_they_lead_to_nothing_better():
+    net = noisy_net(smooth_net(14), 0.02, seed=1, ring=True)
+    r = fair(net, tolerance=0.03)
+    assert r.status == FairingStatus.MINIMUM and r.steps == r.best_step + 20 * 100 + 1
+    longer = fair(net, tolerance=0.03, max_steps=r.best_step + 100)
+    assert longer.final == r.final and longer.status == FairingStatus.CAP
+
+
 BASIS = BSplineBasis(np.arange(24.0), 3)
 RNG = np.random.default_rng(7)
 TURNS = np.stack([np.cos(np.linspace(0, 1, 20)), np.sin(np.linspace(0, 1, 20)), np.zeros(20), np.zeros(20)], axis=-1)

@@ -144,7 +144,7 @@ def test_parts_of_a_program_with_bounds_have_its_derivatives():
     np.testing.assert_allclose(bounded.sides.pull(x, weights), jacobian[bounds].T @ weights, atol=1e-10)
     triangle = HessianTriangle.of(bounded.framed)
     gradient, flat = bounded.second_order(x, triangle.pattern, np.zeros(len(equal)))
-    flat = flat + bounded.stiffened(x, triangle.pattern, weights, sigma)
+    flat = bounded.stiffen(flat, x, triangle.pattern, weights, sigma)
     theirs = HessianTriangle.of(program)
     wanted = theirs.full(
         whole.second_order(x, theirs.pattern, bounded.joined(np.zeros(len(equal)), weights))[1], program.unknowns

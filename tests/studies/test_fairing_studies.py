@@ -16,8 +16,10 @@ from studies.fairing import (
     fairing_seeds,
     fairing_spatial,
     fairing_spherical,
+    recorded_turns,
     tool_path,
 )
+from studies.recorded import recorded_poses
 from symmotion.bodies import grid_mesh, joined, jug, read_teapot
 from symmotion.fairing import fair
 from symmotion.motions import noisy_net, smooth_net
@@ -94,6 +96,21 @@ def test_what_conditions_cost():
     assert c2["break of direction, RMS"] < 1e-3 < 1 < c1["break of direction, RMS"]
     assert c3["break of curvature, relative"] < 0.25 * c2["break of curvature, relative"]
     assert all(r.certified for r in result.runs)
+    for row in table(result, "one form beside the other"):
+        assert row["nets apart by"] < 1e-13 and row["multipliers apart by, relative"] < 1e-11
+    alike = {r["what"]: r for r in table(result, "multipliers")}
+    # 2 × 2 with 34 and 64/9 in it: (34 + 64/9)/(34 − 64/9).
+    assert alike["condition of the closed step's system, 2 × 2"]["median"] == pytest.approx(370 / 242)
+    for row in table(result, "recorded orientation"):
+        assert row["largest ratio"] < 0.5
+
+
+def test_a_recorded_orientation_is_faired_without_a_recording_too(monkeypatch):
+    monkeypatch.setattr(recorded_poses, "RECORDING", Path("nowhere"))
+    curves, (note,) = recorded_turns.stretches(None)
+    assert "made by the project" in note
+    moved, angle, fairer, *_ = recorded_turns.faired_turns(curves[:1])[1]
+    assert moved == 0.1 and angle == pytest.approx(0.1, rel=0.02) and fairer < 0.1
 
 
 @pytest.fixture(scope="module")

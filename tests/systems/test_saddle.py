@@ -23,7 +23,7 @@ def test_steps_are_exact_beside_stiff_bounds(stiff):
     gradient, matrix = frame.second_order(system, POSE.x0, np.zeros(system.m), 0.001)
     pressing = np.zeros(len(frame.lower))
     pressing[::3] = stiff * frame.size(system, matrix)
-    matrix = matrix + frame.stiffened(system, POSE.x0, np.zeros_like(pressing), pressing, 0.001)
+    frame.stiffen(matrix, system, POSE.x0, np.zeros_like(pressing), pressing, 0.001)
     factor = system.factorise(matrix)
     assert factor is not None
     rng = np.random.default_rng(1)
