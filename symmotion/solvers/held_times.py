@@ -68,6 +68,11 @@ class HeldTimes:
                 fresh = contacts.with_more(
                     [self.reduced.beginning(x, name, times) for name, times in above.items() if len(times)]
                 )
+        if settled and any(len(a) for a in above.values()) and self._held(found, contacts, more):
+            # From there the same solve would lead back.
+            x, settled, contacts = found.x, False, self._contacts(found)
+            more, above = self._more(found, x)
+            self.broken += 1
         for name in self.bounds:
             excess = found.certificate.excess[name]
             if not len(above[name]) and excess.value > self.tolerance and (broken or not settled):
@@ -80,6 +85,14 @@ class HeldTimes:
         for name in self.bounds if began else ():
             more[name] = np.concatenate([more[name], self._idle(found, name, contacts, more[name], not settled)])
         return self._carried(found, x, contacts, more)
+
+    def _held(self, found: Solution, contacts: Contacts, more: Mapping[str, np.ndarray]) -> bool:
+        """Whether a solution was found with all these times held, or ones next to them."""
+        for name in self.bounds:
+            asked, held = np.append(contacts.times[contacts.bounds == name], more[name]), _times(found, name)
+            if any(np.abs(held - t).min() > CLOSE * self.reduced.span(name)(t) for t in asked.tolist()):
+                return False
+        return True
 
     def _idle(self, found: Solution, name: str, contacts: Contacts, fresh: np.ndarray, adding: bool) -> np.ndarray:
         """The times of a bound that do not press and stay all the same for a while."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import symmotion as sm
+from studies.solving.bounded_problems import problem
 from symmotion.batches import ResultsFile, solve_many
 from symmotion.solvers import exchange
 
@@ -215,3 +216,10 @@ def test_where_the_bound_is_exceeded_between_its_times_nothing_is_called_solved(
     assert found.certificate.excess["speed"].value > 1e-6
     assert found.status == "stalled" and not found.certified
     assert "speed is exceeded by" in found.message
+
+
+def test_times_that_lead_back_to_themselves_are_left():
+    """A pose whose tip cannot be as slow as asked: where contacts settle, and the solve from there, took turns."""
+    found = sm.ExactNewton().solve(problem(195).program)
+    assert found.status == "infeasible" and "'speed' cannot hold together" in found.message
+    assert found.exchange is not None and len(found.exchange.rounds) < 20
