@@ -92,7 +92,8 @@ def test_forbidden_steps_are_hardly_tried_again():
 def test_forbidden_steps_under_conditions_are_hardly_tried_again_either(step):
     net = noisy_net(smooth_net(14), 0.02, seed=1, ring=True)
     keys = [((6.0, 7.0), net(6.0, 7.0)), ((9.5, 4.2), net(9.5, 4.2))]
-    for given in ({"keyframes": keys}, {"weights": np.linspace(1, 2, 14 * 14).reshape(14, 14)}):
+    conditions: list[dict[str, Any]] = [{"keyframes": keys}, {"weights": np.linspace(1, 2, 14 * 14).reshape(14, 14)}]
+    for given in conditions:
         r = fair(net, step, tolerance=0.03, max_steps=1000, **given)
         assert r.steps == 1000 and r.discarded < r.steps
         assert r.displacement.max() <= 0.03 * (1 + 1e-12)
