@@ -1,4 +1,4 @@
-"""The one place that looks up: how motions, solutions and results draw and show themselves, by `symmotion.views`.
+"""The one place that looks up: how motions, solutions and results draw, film and show themselves, by `symmotion.views`.
 
 Each function becomes a method of classes that lie below the pictures. Who only computes never imports Matplotlib.
 """
@@ -12,13 +12,18 @@ if TYPE_CHECKING:
 
     from symmotion.answers import Band
     from symmotion.bodies import Shape
+    from symmotion.bodies.places import Oriented
     from symmotion.fairing import FairingResult
+    from symmotion.files.formats import FilePath
     from symmotion.motions import Keyframes, RigidSamples, TwoParameterMotion
     from symmotion.motions.interpolants import SegmentCurve
     from symmotion.motions.motion import Moving
     from symmotion.motions.quaternions import QuaternionMotion
     from symmotion.solvers import Comparison, Solution
     from symmotion.views.solutions import Drawn
+
+# Of a film, as those of `write_animation`.
+FILM_SECONDS, FRAMES_PER_SECOND = 4.0, 20.0
 
 
 def plot_positions(
@@ -120,3 +125,26 @@ def as_html(self: "Drawn") -> str:
     from symmotion.views.notebook import html_of
 
     return html_of(self)
+
+
+def write_film(
+    motion: "Moving | Oriented",
+    path: "FilePath",
+    *,
+    body: "Shape | None" = None,
+    seconds: float = FILM_SECONDS,
+    fps: float = FRAMES_PER_SECOND,
+) -> None:
+    """Write a film; see `write_animation`."""
+    from symmotion.views.films import write_animation
+
+    write_animation(motion, path, body, seconds=seconds, fps=fps)
+
+
+def check_film(
+    path: "FilePath", *, body: object = None, seconds: float = FILM_SECONDS, fps: float = FRAMES_PER_SECOND
+) -> None:
+    """Raise InputError where there is no way to such a film."""
+    from symmotion.views.films import plan
+
+    plan(path, seconds, fps)

@@ -25,6 +25,7 @@ ROOMS = (
         "opening",
         "documents",
         "forking",
+        "interrupts",
         "saving",
         "tables",
         "svg",

@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from symmotion.errors import InputError
-from symmotion.fairing.coordinates import Coordinates
+from symmotion.fairing.coordinates import AnyMotion, Coordinates
 from symmotion.fairing.keyframes import Asked, NetKeyframe, NetPlace
 from symmotion.fairing.result import FairingResult, FairingStatus
 
@@ -16,12 +15,12 @@ SHARED = ("weight", "region", "length", "borders", "weights")
 
 
 def in_turn(
-    fair: Callable[..., FairingResult[Any]],
-    motion: Any,
+    fair: Callable[..., FairingResult[AnyMotion]],
+    motion: AnyMotion,
     keyframes: Sequence[Asked],
     options: Mapping[str, object],
     noise: float | Sequence[float] | None,
-) -> FairingResult[Any]:
+) -> FairingResult[AnyMotion]:
     """The least squares of the real part under the keyframes' rotations, then of the translation under the keyframes.
 
     ΣL and Σ|d − d⁰|² are sums over the two: without keyframes this is the least squares of both. With them the

@@ -9,7 +9,6 @@ from symmotion.files.bvh import checked_encoding, read_bvh_keyframes, read_bvh_s
 from symmotion.files.bvh_writing import write_bvh, write_bvh_keyframes
 from symmotion.files.cameras import is_colmap, is_transforms, read_colmap, read_log, read_transforms
 from symmotion.files.columns import checked_columns
-from symmotion.files.films import FPS, SECONDS, check_film, write_film
 from symmotion.files.formats import Format, Option
 from symmotion.files.gltf_keyframes import read_gltf
 from symmotion.files.gltf_skeletons import read_gltf_skeleton
@@ -25,6 +24,7 @@ from symmotion.files.two_parameter import is_net_json, read_net_json, read_net_n
 from symmotion.files.usd import ENDINGS, check_usd, write_usd
 from symmotion.files.usd_reading import read_usd, read_usd_skeleton
 from symmotion.files.written import TOLERANCE
+from symmotion.pictures import FILM_SECONDS, FRAMES_PER_SECOND, check_film, write_film
 
 
 def name_or_index(text: str) -> str | int:
@@ -80,8 +80,8 @@ ACCURACY = Option("tolerance", "of sampled keys, relative to the motion's size",
 SCENE = (BODY, DURATION, ACCURACY)
 FILM = (
     BODY,
-    Option("seconds", "length of the film", float, SECONDS, checks.positive),
-    Option("fps", "frames per second", float, FPS, checks.positive),
+    Option("seconds", "length of the film", float, FILM_SECONDS, checks.positive),
+    Option("fps", "frames per second", float, FRAMES_PER_SECOND, checks.positive),
 )
 
 FORMATS = tuple(replace(row, whole=True) for row in (

@@ -77,7 +77,7 @@ def test_solvers_study():
     for starts in (1, 2):
         newton, ipopt, elimination = (rows[starts, m] for m in ("newton", "ipopt", "elimination"))
         assert newton["problems"] == ipopt["problems"] == 9 > elimination["problems"] == 4
-        # Eliminating without damping goes where rounding leads it; IPOPT, where conditions repeat, to an acceptable point.
+        # Eliminating undamped goes where rounding leads it; IPOPT, where conditions repeat, to an acceptable point.
         assert newton["certified"] == 100 and ipopt["certified"] > 85 and elimination["certified"] <= 50
         for row in (newton, ipopt, elimination):
             for what in ("certified", "best known"):
