@@ -25,7 +25,7 @@ from symmotion.motions.interpolants.blends import Exponential, Interpolant, Plan
 from symmotion.motions.interpolants.slerps import SegmentCurve, SlerpBezier, Slerps, Squads
 from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.opening import readable_bytes
-from symmotion.saving import MARK
+from symmotion.saving import MARK, TOLD
 from symmotion.splines import BSplineBasis, Spline
 
 SavedMotion: TypeAlias = (
@@ -107,6 +107,7 @@ def load(path: str | os.PathLike[str]) -> Saved:
     with readable_bytes(path) as handle:
         document = read_document(path, handle.read(), whole=int)
     mark = {name: document.pop(name, None) for name in MARK}
+    document.pop(TOLD, None)
     if mark != MARK:
         document = _older(path, mark, document)
     made = _made(document, f"{path}", f"{path}: ")

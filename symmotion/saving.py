@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 
 import numpy as np
@@ -11,6 +12,8 @@ from symmotion.whole import whole_file
 
 # What makes a file one of ours, and the version of how its entries are laid out.
 MARK = {"symmotion": "value", "version": 1}
+# What is told of a motion, beside its fields.
+TOLD = "solution"
 
 Entry = str | bool | int | float | list | dict | None
 
@@ -23,9 +26,30 @@ def save(self: object, path: str | os.PathLike[str]) -> None:
 
     Raises InputError that names a field which is not finite, or no data, and a path that cannot be written.
     """
-    document = {**MARK, **_fields(self, type(self).__name__, str(path))}
+    save_beside(self, path, {})
+
+
+def save_beside(value: object, path: str | os.PathLike[str], beside: Mapping[str, object]) -> None:
+    """Write a motion or curve as `save` does, and beside it what is told of it, which `load` leaves alone.
+
+    beside: under TOLD; of numbers, texts, arrays, and lists and mappings of them. What is not finite becomes null.
+    """
+    document = {**MARK, **_fields(value, type(value).__name__, str(path))}
+    told = {TOLD: _told(beside)} if beside else {}
     with whole_file(path) as handle:
-        handle.write(json.dumps(document) + "\n")
+        handle.write(json.dumps({**document, **told}, allow_nan=False) + "\n")
+
+
+def _told(value: object) -> object:
+    if isinstance(value, np.ndarray | np.generic):
+        return _told(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(name): _told(entry) for name, entry in value.items()}
+    if isinstance(value, tuple) and hasattr(value, "_asdict"):
+        return _told(value._asdict())  # pyright: ignore[reportAttributeAccessIssue]
+    if isinstance(value, list | tuple):
+        return [_told(entry) for entry in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def _fields(value: object, where: str, path: str) -> dict[str, Entry]:

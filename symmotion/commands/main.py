@@ -4,6 +4,7 @@ import sys
 from collections.abc import Sequence
 
 from symmotion.commands import compare, convert, design, fair, smooth
+from symmotion.commands.completion import add_completion
 from symmotion.commands.inputs import piped
 from symmotion.commands.parsing import Parser, add_version
 from symmotion.errors import InputError, SolveError
@@ -33,6 +34,7 @@ def parser() -> Parser:
     """The commands and their options."""
     made = Parser(prog="symmotion", description="Smooth motions through keyframes.")
     add_version(made)
+    add_completion(made)
     commands = made.add_subparsers(title="commands", required=True, dest="name", parser_class=Parser)
     for command in (smooth, compare, design, convert, fair):
         command.add(commands)

@@ -1,9 +1,10 @@
 """What every solver returns: a point with multipliers, our certificate of it, and how it came about."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from functools import cached_property
+from os import PathLike
 from typing import Any, Generic
 
 import numpy as np
@@ -25,6 +26,7 @@ from symmotion.program import (
 )
 from symmotion.program.program import Telling
 from symmotion.program.state import made_of
+from symmotion.saving import save_beside
 from symmotion.solvers.sensitivity import Sensitivity
 from symmotion.systems import Certificate
 from symmotion.systems.certificate import DIGITS
@@ -337,6 +339,38 @@ class Solution(Generic[DesignT]):
         if "_sensitivity" not in self.__dict__:
             self.__dict__["_sensitivity"] = Sensitivity.of(self.program, self.x, self.multiplier_vector)
         return self.__dict__["_sensitivity"]
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the motion as its own `save` does, with the multipliers and the certificate beside it.
+
+        `sm.load` makes the motion of it, bit for bit. Under "solution" stand status, solver, objective, tolerance and
+        message, "multipliers" by constraint in the shape that they have here, and "certificate" with the excess of
+        every bound; what is not finite is null. Raises InputError for a path that cannot be written, and for several
+        bodies, each of which has a motion of its own.
+
+        >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
+        >>> solution.save("solution.json")
+        >>> sm.load("solution.json") == solution.motion
+        True
+        """
+        motion: object = self.motion
+        if isinstance(motion, Mapping):
+            raise InputError(f"{path}: several bodies: save solution.motions[{next(iter(motion))!r}] and the others")
+        certificate = {f.name: getattr(self.certificate, f.name) for f in fields(self.certificate)}
+        excess = {name: asdict(found) for name, found in self.certificate.excess.items()}
+        save_beside(
+            motion,
+            path,
+            {
+                "status": str(self.status),
+                "solver": self.solver,
+                "objective": self.objective,
+                "tolerance": self.tolerance,
+                "message": self.message,
+                "multipliers": self.multipliers,
+                "certificate": {**certificate, "excess": excess},
+            },
+        )
 
     plot = plot_solution
     _repr_html_ = as_html
