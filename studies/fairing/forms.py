@@ -7,8 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 import symmotion as sm
-from symmotion.fairing import FairingResult, Jumps, fair, fairing_program, local_step_program
-from symmotion.fairing.jumps import StepTables
+from symmotion.fairing import FairingResult, Jumps, StepTables, fair, fairing_program, local_step_program
 from symmotion.motions import TwoParameterMotion
 from symmotion.report import Column, Table
 

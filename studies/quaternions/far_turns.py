@@ -2,8 +2,8 @@
 
 import numpy as np
 
+import symmotion as sm
 from studies.shares import interval, share, spread
-from symmotion.errors import SolveError
 from symmotion.motions.quaternions import QuaternionMotion, exp, interpolate_quaternions, product
 from symmotion.report import Column, StudyOptions, Table
 
@@ -24,12 +24,12 @@ def far_turns(options: StudyOptions) -> tuple[Table, str]:
             times, q, ends, rates, turns = far_keys(seed, ratio)
             try:
                 curve = interpolate_quaternions(times, q, ends, rates, turns)
-            except SolveError:
+            except sm.SolveError:
                 continue
             found += 1
             over.append(travelled(curve) / asked(q, turns))
         rows.append((ratio, found, cases, *interval(found, cases), spread(over)))
-        told = f"through neighbours up to 179° apart at intervals uneven by {ratio:g} {share(found, cases)} are found"
+        told = f"far turns at intervals uneven by {ratio:g} are interpolated in {share(found, cases)}"
     table = Table(
         "far turns",
         (

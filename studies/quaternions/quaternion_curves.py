@@ -69,8 +69,8 @@ def run(options: StudyOptions) -> StudyResult:
     caption = "A body under Hermite curves between the same orientations, by end rates and extra turns."
     moving = player("turning", turned, wedge(), caption, unit="s", centre=(0.5, 0.0, 0.0), direction=VIEW[:, 2])
     answer = (
-        f"Hermite quaternion curves meet end orientations and rates to {max(r[4] for r in rows):.0e}; a control that "
-        f"moves turns a B-spline curve by up to {inside:.3g}° on its spans, by {outside:.1g}° on all others; {told}."
+        f"Hermite curves meet their ends to {max(r[4] for r in rows):.0e}; a moved control turns a B-spline curve by "
+        f"{inside:.3g}° on its spans, {outside:.1g}° elsewhere; {told}."
     )
     figures = (_spheres(family), figure, _bases())
     return StudyResult((hermite, table, far), figures, (), conclusion, players=(moving,), answer=answer)
