@@ -14,7 +14,8 @@ SHOWN = {
     "quaternions": ("boomerang", "quaternion_curves", "keyframe_body"),
     "curves": ("curve_constraints",),
     "recorded": ("recorded_poses",),
-    "sweeps": ("sweep",),
+    "sweeps": ("sweep", "sweep_surfaces"),
+    "fairing": ("fairing_spherical", "tool_path"),
 }
 TITLES = {
     "affine": "Affine motions",
@@ -22,6 +23,7 @@ TITLES = {
     "curves": "Motion curves",
     "recorded": "Recordings",
     "sweeps": "Sweeps",
+    "fairing": "Fairing",
 }
 INTRODUCTION = """# Gallery
 
