@@ -117,6 +117,10 @@ def block_of(
     needed = [space.needed(slot, out) for slot, space in enumerate(spaces)]
     if not any(needed):
         raise InputError(f"{name} does not depend on the motion")
+    if any(read > space.channels for read, space in zip(needed, spaces, strict=True)):
+        raise InputError(
+            f"{name} is a condition on the translation, which the objective does not see: add a TrajectoryEnergy"
+        )
     alone = len({space.variable for space in spaces}) == 1
     widths = [max(*needed, width)] * len(spaces) if alone else needed
     readings = [

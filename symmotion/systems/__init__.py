@@ -6,7 +6,18 @@ from symmotion.systems.conflicts import conflict, conflicting
 from symmotion.systems.curvature import Curvature
 from symmotion.systems.response import AnyReading, Response, response_of
 from symmotion.systems.saddle import HessianTriangle, Saddle, kkt_pattern
-from symmotion.systems.system import AnyFactor, AnySystem, System, largest, own_size, reach, shifted, solved, tenfold
+from symmotion.systems.system import (
+    AnyFactor,
+    AnySystem,
+    System,
+    gram_factor,
+    largest,
+    own_size,
+    reach,
+    shifted,
+    solved,
+    tenfold,
+)
 
 __all__ = [
     "AnyFactor",
@@ -23,6 +34,7 @@ __all__ = [
     "certify",
     "conflict",
     "conflicting",
+    "gram_factor",
     "kkt_pattern",
     "largest",
     "own_size",

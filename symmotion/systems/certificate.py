@@ -21,7 +21,7 @@ from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import EPS
 from symmotion.systems.pressed import Pressed
 from symmotion.systems.saddle import Saddle
-from symmotion.systems.system import AnyFactor, AnySystem, largest, own_size, reach, shifted, tenfold
+from symmotion.systems.system import DEPENDENT, AnyFactor, AnySystem, largest, own_size, reach, shifted, tenfold
 
 # Multipliers and distances from a bound below this, relative, count as none: IPOPT's are never exactly zero.
 WEAK = 1e-6
@@ -29,8 +29,6 @@ WEAK = 1e-6
 NEARLY = 1e-3
 # What sums of some ten numbers may be off by, in roundings of the largest.
 SLOPPY = 64
-# Conditions that are fewer than this in own units, of what the others leave, repeat them.
-DEPENDENT = 1e-12  # of squares
 # Of an objective, that quadrature is asked for.
 DIGITS = 10
 # Multiples of the identity that are added to a matrix that is not positive definite, relative to its diagonal.

@@ -2,12 +2,11 @@
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from symmotion.program.bounded import Bounded
 from symmotion.systems.condensed import Condensed
 from symmotion.systems.curvature import banded_curvature
-from symmotion.systems.system import largest, own_size, reach
+from symmotion.systems.system import gram_factor, largest, own_size, reach
 
 # Weights of the bounds' normals beside a Hessian of order one, in turn.
 WEIGHTS = (1e4, 1e2, 1e6, 1e8)
@@ -73,7 +72,7 @@ class Pressed:
         if len(self._held):
             unit = system.on_diagonal(self._bounded.program.unit)
             own = sparse.csr_array(sparse.csr_array(system.whole_basis().T @ normals.T).multiply(unit[:, None]))
-            forces = -splu(sparse.csc_array(own.T @ own)).solve(own.T @ (unit * system.reduced(gradient)))
+            forces = -gram_factor(sparse.csr_array(own.T)).solve(own.T @ (unit * system.reduced(gradient)))
             found[self._held] = forces / self._scale
             gradient = gradient + normals.T @ forces
         found[self._equal] = system.multipliers(gradient)

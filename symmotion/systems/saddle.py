@@ -29,7 +29,7 @@ from symmotion.systems.curvature import (
     first_failing_pivot,
     scaling,
 )
-from symmotion.systems.system import own_size, reach, solved
+from symmotion.systems.system import gram_factor, own_size, reach, solved
 
 # The factorisation does not pivot: a zero in the lower block would stop it, and one that is next to zero costs the
 # digits of all that is small beside stiff bounds. Refinement removes its effect.
@@ -262,11 +262,14 @@ class Saddle:
             gradient = along
         return self.solve(factor, np.concatenate([-gradient, np.zeros(self.m)]))[: self.n]
 
-    def pivoted_step(self, flat: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-        """(unknowns,) the Newton step along the conditions by a factorisation with pivots, whatever the inertia."""
+    def pivoted_step(self, flat: np.ndarray, gradient: np.ndarray) -> np.ndarray | None:
+        """(unknowns,) the Newton step along the conditions, by a factorisation with pivots; None if singular."""
         scale = self._scale(flat)
         scaled = sparse.csc_array(self.matrix(flat).multiply(scale).multiply(scale[:, None]))
-        return (scale * solved(scaled, scale * np.concatenate([-gradient, np.zeros(self.m)])))[: self.n]
+        try:
+            return (scale * solved(scaled, scale * np.concatenate([-gradient, np.zeros(self.m)])))[: self.n]
+        except RuntimeError:
+            return None
 
     @property
     def independent(self) -> bool:
@@ -311,7 +314,7 @@ class Saddle:
             return found if found.direction is None else Curvature("indefinite", d * (basis @ found.direction))
         size = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
         rows = sparse.csr_array(rows / np.where(size > 0, size, 1.0)[:, None])
-        normal = splu(sparse.csc_array(rows @ rows.T)) if self.m else None
+        normal = gram_factor(rows) if self.m else None
         for weight in WEIGHTS:
             # Finsler: positive definite for some weight if and only if H is along the conditions.
             y = first_failing_pivot(sparse.csc_array(scaled + weight * (rows.T @ rows)))

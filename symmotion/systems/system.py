@@ -7,7 +7,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import reverse_cuthill_mckee
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from symmotion import interrupts
 from symmotion.program.evaluate import Pattern
@@ -19,6 +19,8 @@ Factor = TypeVar("Factor")
 
 # Changes of a condition, relative to its bound, that are rounding.
 STILL = 1e-9
+# Conditions that are fewer than this in own units, of what the others leave, repeat them.
+DEPENDENT = 1e-12  # of squares
 
 
 class System(Protocol[Factor]):
@@ -127,6 +129,24 @@ def solved(matrix: sparse.csc_array, right: np.ndarray) -> np.ndarray:
     found = np.empty_like(right)
     found[order] = splu(sparse.csc_array(matrix[order][:, order]), permc_spec="NATURAL").solve(right[order])
     return found
+
+
+def gram_factor(rows: sparse.csr_array) -> SuperLU:
+    """The factor of A Aᵀ for rows (k, n) of order one, with next to nothing added where they depend on each other.
+
+    What is solved for then are next to the smallest multipliers of all that serve.
+
+    >>> from scipy import sparse
+    >>> twice = sparse.csr_array([[1.0, 0.0], [1.0, 0.0]])
+    >>> sm.systems.gram_factor(twice).solve(np.array([1.0, 1.0])).round(6)
+    array([0.5, 0.5])
+    """
+    gram = sparse.csc_array(rows @ rows.T)
+    try:
+        return splu(gram)
+    except RuntimeError:
+        ridge = DEPENDENT * (float(abs(gram.diagonal()).max(initial=0.0)) or 1.0)
+        return splu(sparse.csc_array(gram + ridge * sparse.eye_array(gram.shape[0])))
 
 
 def tenfold(first: float, most: float = inf) -> Iterator[float]:

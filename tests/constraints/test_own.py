@@ -251,3 +251,11 @@ def test_a_post_init_of_ones_own_needs_no_call_of_the_base():
     assert list(solution.multipliers) == ["keyframes", "still"]
     with pytest.raises(sm.InputError, match="constraint: the lower bound is above the upper one"):
         Own(lambda jet: jet.dv, lower=2.0, upper=1.0)
+
+
+@pytest.mark.parametrize("function", [lambda jet: jet.v, lambda jet: jet.dv[0] + jet.A[0, 0]], ids=["place", "mixed"])
+def test_a_translation_that_the_objective_leaves_alone_is_no_condition(function):
+    """R alone has no translation among its unknowns: a raw error of shapes came of that."""
+    high = sm.JetConstraint(function, lower=-np.inf, upper=9.0, at=0.5, name="high")
+    with pytest.raises(sm.InputError, match="high is a condition on the translation, which the objective does not see"):
+        sm.affine_program(sm.examples.random_keyframes(4, 60, 1), objective=sm.Rigidity(), constraints=[high])

@@ -24,7 +24,10 @@ def newton(system: Passing, point: Point, tolerance: float, most: int) -> tuple[
         size, miss = np.linalg.norm(residual), system.miss(residual)
         if miss <= 1e-3 * tolerance:
             return point, miss, taken
-        step = splu(system.jacobian(point)).solve(-residual)
+        try:
+            step = splu(system.jacobian(point)).solve(-residual)
+        except RuntimeError:  # singular
+            return point, miss, taken + 1
         length = 1.0
         while True:
             moved = system.moved(point, length * step)
@@ -65,13 +68,15 @@ def followed(system: Passing, tolerance: float, most: int) -> tuple[Point, float
             continue
         row = scale**2 * tangent
         fresh, there = system.moved(point, length * tangent[:-1]), share + length * tangent[-1]
-        fresh, there, corrections = _corrected(system, fresh, there, row, scale, length)
-        used += abs(corrections)
-        if corrections < 0:
+        try:
+            fresh, there, corrections = _corrected(system, fresh, there, row, scale, length)
+            ahead = None if corrections < 0 else _unit(_bordered(system, fresh, row).solve(upward), scale)
+        except RuntimeError:  # singular, where paths cross
+            corrections, ahead = 0, None
+        used += abs(corrections) + 1
+        if ahead is None:
             length *= FALL
             continue
-        ahead = _unit(_bordered(system, fresh, row).solve(upward), scale)
-        used += 1
         cosine = float((scale * ahead) @ (scale * tangent))
         if cosine < TURNED:
             length *= FALL
