@@ -117,7 +117,10 @@ class LinearSpace:
         return tuple(sorted({order for order, _ in used})), next(g for g in groups if g >= highest)
 
     def needed(self, slot: int, out: ca.SX) -> int:
-        return self.orders(out, slot)[1]
+        read = self.orders(out, slot)[1]
+        if read > self.channels:
+            raise InputError("depends on the translation, which the objective does not see: add a TrajectoryEnergy")
+        return read
 
     def read(self, slot: int, out: ca.SX, times: np.ndarray, sides: np.ndarray | None, width: int) -> Reading:
         symbols, _, _ = entry_symbols(self.width, slot)

@@ -114,13 +114,12 @@ def block_of(
     width: coordinates per control that are read at least; places: needed where the spaces are of different variables.
     """
     count = len(times)
-    needed = [space.needed(slot, out) for slot, space in enumerate(spaces)]
+    try:
+        needed = [space.needed(slot, out) for slot, space in enumerate(spaces)]
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error
     if not any(needed):
         raise InputError(f"{name} does not depend on the motion")
-    if any(read > space.channels for read, space in zip(needed, spaces, strict=True)):
-        raise InputError(
-            f"{name} is a condition on the translation, which the objective does not see: add a TrajectoryEnergy"
-        )
     alone = len({space.variable for space in spaces}) == 1
     widths = [max(*needed, width)] * len(spaces) if alone else needed
     readings = [
