@@ -67,7 +67,7 @@ def far_keys(seed: int, ratio: float) -> tuple[np.ndarray, np.ndarray, str, np.n
 
 def travelled(curve: QuaternionMotion) -> float:
     """The angle that a curve turns through, in rad."""
-    points, weights = np.polynomial.legendre.leggauss(32)
+    points, weights = np.polynomial.legendre.leggauss(64)
     spans = curve.basis.breakpoints
     half = np.diff(spans)[:, None] / 2
     rates = np.linalg.norm(curve.rate(spans[:-1, None] + half * (1 + points)), axis=-1)

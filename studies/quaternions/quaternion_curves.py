@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from studies.quaternions.far_turns import far_turns
+from studies.quaternions.far_turns import far_turns, travelled
 from symmotion.bodies import wedge
 from symmotion.motions.quaternions import QuaternionMotion, exp
 from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table, player, to_figure
@@ -30,13 +30,12 @@ def run(options: StudyOptions) -> StudyResult:
     family |= {(1.0, k): QuaternionMotion.hermite(*ENDS, *RATE, turns=k) for k in (1, -1, 2)}
     rows = []
     for (factor, turns), motion in family.items():
-        points, weights = np.polynomial.legendre.leggauss(64)
-        t, w = (points + 1) / 2, weights / 2
-        jet = motion.jet(t)
-        travelled = np.rad2deg(w @ np.linalg.norm(jet.rate, axis=1))
+        jet = motion.jet((np.polynomial.legendre.leggauss(64)[0] + 1) / 2)
         ends = motion.jet([0.0, 1.0])
         error = np.abs(ends.rate - factor * RATE).max() + (1 - np.abs(np.sum(ends.quaternion * ENDS, axis=1))).max()
-        rows.append((factor, turns, travelled, float(np.linalg.norm(jet.rate, axis=1).max()), float(error)))
+        rows.append(
+            (factor, turns, np.rad2deg(travelled(motion)), float(np.linalg.norm(jet.rate, axis=1).max()), float(error))
+        )
     hermite = Table(
         "Hermite curves",
         (

@@ -172,6 +172,15 @@ class ArcParameter:
         return u
 
 
+def require_warp(warp: Spline | ArcParameter, domain: tuple[float, float], outside: str) -> None:
+    """Raise InputError unless a warp is of scalars with values in the domain of what it times; outside: where else."""
+    ends, (a, b) = np.asarray(warp(np.array(warp.domain))), domain
+    if ends.shape != (2,):
+        raise InputError("a time warp must be a curve of scalars")
+    if not inside(ends, (a, b)).all():
+        raise InputError(f"the warp leads from {ends[0]:g} to {ends[1]:g}, {outside} [{a:g}, {b:g}]")
+
+
 @value
 class Retimed:
     """The curve x(w(t)): the same path, passed as the warp w says.
@@ -190,14 +199,7 @@ class Retimed:
     warp: Spline | ArcParameter
 
     def __post_init__(self):
-        ends = np.asarray(self.warp(np.array(self.warp.domain)))
-        if ends.shape != (2,):
-            raise InputError("a time warp must be a curve of scalars")
-        a, b = self.curve.domain
-        if not inside(ends, (a, b)).all():
-            raise InputError(
-                f"the warp leads from {ends[0]:g} to {ends[1]:g}, which is not in the curve's domain [{a:g}, {b:g}]"
-            )
+        require_warp(self.warp, self.curve.domain, "which is not in the curve's domain")
 
     def __repr__(self) -> str:
         a, b = self.domain

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from symmotion import checks
 from symmotion.curves.series import Series, compose, product
-from symmotion.curves.timing import ArcParameter, solutions
+from symmotion.curves.timing import ArcParameter, require_warp, solutions
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
 from symmotion.motions.motion import matrix, trajectory
@@ -68,14 +68,7 @@ class RetimedMotion:
     warp: Spline | ArcParameter
 
     def __post_init__(self):
-        ends = np.asarray(self.warp(np.array(self.warp.domain)))
-        if ends.shape != (2,):
-            raise InputError("a time warp must be a curve of scalars")
-        a, b = self.motion.domain
-        if not inside(ends, (a, b)).all():
-            raise InputError(
-                f"the warp leads from {ends[0]:g} to {ends[1]:g}, out of the motion's domain [{a:g}, {b:g}]"
-            )
+        require_warp(self.warp, self.motion.domain, "out of the motion's domain")
 
     @property
     def dimension(self) -> int:

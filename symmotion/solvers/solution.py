@@ -1,7 +1,7 @@
 """What every solver returns: a point with multipliers, our certificate of it, and how it came about."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from os import PathLike
@@ -356,7 +356,6 @@ class Solution(Generic[DesignT]):
         motion: object = self.motion
         if isinstance(motion, Mapping):
             raise InputError(f"{path}: several bodies: save solution.motions[{next(iter(motion))!r}] and the others")
-        certificate = {f.name: getattr(self.certificate, f.name) for f in fields(self.certificate)}
         excess = {name: asdict(found) for name, found in self.certificate.excess.items()}
         save_beside(
             motion,
@@ -368,7 +367,7 @@ class Solution(Generic[DesignT]):
                 "tolerance": self.tolerance,
                 "message": self.message,
                 "multipliers": self.multipliers,
-                "certificate": {**certificate, "excess": excess},
+                "certificate": {**asdict(self.certificate), "excess": excess},
             },
         )
 

@@ -87,7 +87,7 @@ def interpolate_keys(
         basis = BSplineBasis.clamped(keys.times, 3)
     system = Passing(keys, basis, rates)
     point, miss, used = newton(system, _start(keys, ends, rates), tolerance, min(max_iterations, DIRECT))
-    if not miss <= tolerance:
+    if not miss <= tolerance and used < max_iterations:
         point, miss = followed(system, tolerance, max_iterations - used)
     if not miss <= tolerance:
         raise SolveError(
