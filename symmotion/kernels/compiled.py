@@ -15,7 +15,6 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from symmotion import interrupts
 from symmotion.errors import plain
 from symmotion.forking import ForkedLock
 from symmotion.kernels import hessians, kernel, listing, source
@@ -168,16 +167,15 @@ def _linked(path: Path) -> str:
 def _failure(call: Sequence[str]) -> str:
     """Run the compiler; what went wrong in a line, empty where nothing did."""
     try:
-        with interrupts.raised():  # which ends the compiler too: a solve would wait for it
-            done = subprocess.run(
-                call,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                errors="replace",
-                timeout=PATIENCE,
-                check=False,
-            )
+        done = subprocess.run(
+            call,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=PATIENCE,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         return f"it has not ended after {PATIENCE} s"
     return next(iter(done.stderr.strip().splitlines()), f"exit status {done.returncode}") if done.returncode else ""

@@ -2,15 +2,12 @@
 
 import os
 import signal
-import threading
-import time
 
 import numpy as np
 import pytest
 
 import symmotion as sm
 from symmotion import interrupts
-from symmotion.kernels import compiled
 from symmotion.program import Evaluator
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
@@ -63,22 +60,3 @@ def test_what_takes_its_time_is_a_step_too(work):
         work(program)
         passed.append(work)
     assert not passed
-
-
-def test_a_compiler_at_work_is_ended_too(tmp_path, monkeypatch):
-    """A solve keeps what is raised until its next step, which comes when the compiler has ended."""
-    slow, begun, ended = tmp_path / "cc", tmp_path / "begun", tmp_path / "ended"
-    slow.write_text(f"#!/bin/sh\ntouch {begun}\nsleep 20\ntouch {ended}\n", encoding="utf-8")
-    slow.chmod(0o755)
-
-    def interrupt():
-        while not begun.exists():
-            time.sleep(0.01)
-        os.kill(os.getpid(), signal.SIGINT)
-
-    sender = threading.Thread(target=interrupt)
-    with pytest.raises(KeyboardInterrupt), interrupts.kept():
-        sender.start()
-        compiled._failure([str(slow)])
-    sender.join()
-    assert not ended.exists()
