@@ -264,13 +264,15 @@ def _speed_figure(sampled: Sequence[Held]) -> Figure:
 
 
 def _floor_figure() -> Figure:
-    """Body points over a floor, with and without the condition."""
-    lowest = float((KEYS.linear @ POINTS.T + KEYS.translation[:, :, None])[:, 2].min())
+    """Body points over a floor, with and without the condition, through keyframes between which they would dip."""
+    keys = sm.examples.random_keyframes(8, 60, 8)
+    lowest = float((keys.linear @ POINTS.T + keys.translation[:, :, None])[:, 2].min())
     floor = sm.JetConstraint(
         lambda jet: ca.vertcat(*(jet.place(p)[2] for p in POINTS)), lower=lowest, upper=np.inf, name="floor"
     )
-    free = sm.ExactNewton().solve(SLOWER)
-    above = sm.ExactNewton().solve(sm.affine_program(KEYS, objective=OBJECTIVE, constraints=[floor]))
+    free, above = (
+        sm.ExactNewton().solve(sm.affine_program(keys, objective=OBJECTIVE, constraints=held)) for held in ([], [floor])
+    )
     with new_figure(7.0, 3.2) as figure:
         axes = figure.subplots()
         for solution, colour, line, name in (
