@@ -13,17 +13,21 @@ PAUSE = 1e-4  # seconds between two looks at whether a section is empty
 
 
 class ForkedLock:
-    """A lock that is open in a forked child, whichever thread held it in the parent."""
+    """A lock that is open in a forked child, whichever thread held it in the parent.
 
-    def __init__(self):
-        self._lock = Lock()
+    check: called every `look` seconds while the lock is waited for; what it raises ends the wait.
+    """
+
+    def __init__(self, look: float = -1, check: Callable[[], None] = lambda: None):
+        self._lock, self._look, self._check = Lock(), look, check
         _in_child(self._renew)
 
     def _renew(self) -> None:
         self._lock = Lock()
 
     def __enter__(self) -> None:
-        self._lock.acquire()
+        while not self._lock.acquire(timeout=self._look):
+            self._check()
 
     def __exit__(self, *_: object) -> None:
         if self._lock.locked():  # else the thread that took it has forked meanwhile

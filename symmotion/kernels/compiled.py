@@ -6,15 +6,19 @@ import os
 import platform
 import shlex
 import shutil
+import signal
 import subprocess
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
+from time import monotonic
 
 import casadi as ca
 import numpy as np
 
+from symmotion import interrupts
 from symmotion.errors import plain
 from symmotion.forking import ForkedLock
 from symmotion.kernels import hessians, kernel, listing, source
@@ -24,9 +28,10 @@ from symmotion.kernels.listing import NODES, Listing, machine_source
 # No contraction to fused multiply-adds and no fast-math: the same bits as the interpreter's.
 FLAGS = ("-O2", "-std=gnu11", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", "-fPIC", "-shared")
 PATIENCE = 120  # seconds; the largest kernels take some
+LOOK = 0.1  # seconds between two looks at whether a compiler is still wanted
 LARGEST = 13_000  # instructions: compilers take more than proportionally long, 10 s for these; more are listed
 LISTED = ".list"  # what files of lists are called
-_BUILDING = ForkedLock()
+_BUILDING = ForkedLock(LOOK, interrupts.check)
 
 
 class MachineFunction:
@@ -92,7 +97,8 @@ def load(code: str, kind: str, channels: int, squares: bool, build: bool) -> Mac
     except OSError:
         if not build:
             return None
-    with _BUILDING:
+    # What a handler of signals raises may be an OSError, as TimeoutError is: it must not pass for one of the cache.
+    with _BUILDING, interrupts.kept(), suppress(_Interrupted):
         try:
             return _opened(*key)
         except OSError:
@@ -148,7 +154,7 @@ def _compile(text: str, path: Path) -> None:
     with place(path) as directory:
         c, library, command = directory / "kernel.c", directory / "kernel.so", _compiler()
         c.write_text(text)
-        failure = _failure([*command, *FLAGS, str(c), "-o", str(library), "-lm"])
+        failure = _failure([*command, *FLAGS, str(c), "-o", str(library), "-lm"], directory)
         if failure:
             raise CompilerError(f"{shlex.join(command)} failed: {failure}")
         content = library.read_bytes()
@@ -164,21 +170,46 @@ def _linked(path: Path) -> str:
     return name if os.path.exists(name) else str(path)
 
 
-def _failure(call: Sequence[str]) -> str:
-    """Run the compiler; what went wrong in a line, empty where nothing did."""
-    try:
-        done = subprocess.run(
-            call,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=PATIENCE,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return f"it has not ended after {PATIENCE} s"
-    return next(iter(done.stderr.strip().splitlines()), f"exit status {done.returncode}") if done.returncode else ""
+class _Interrupted(BaseException):
+    """A compiler was ended, since a handler of signals has raised what `interrupts.check` will."""
+
+
+def _failure(call: Sequence[str], directory: Path) -> str:
+    """Run the compiler; what went wrong in a line, empty where nothing did. directory: for files of its own."""
+    end = monotonic() + PATIENCE
+    with subprocess.Popen(
+        call,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        env={**os.environ, "TMPDIR": str(directory)},
+        start_new_session=True,
+    ) as running:
+        try:
+            while True:
+                try:
+                    said = running.communicate(timeout=LOOK)[1]
+                    break
+                except subprocess.TimeoutExpired:
+                    if interrupts.pending():
+                        raise _Interrupted from None
+                    if monotonic() > end:
+                        return f"it has not ended after {PATIENCE} s"
+        finally:
+            if running.returncode is None:
+                _end(running)
+    return next(iter(said.strip().splitlines()), f"exit status {running.returncode}") if running.returncode else ""
+
+
+def _end(running: "subprocess.Popen[str]") -> None:
+    """End a compiler and the programs that it has started, which would go on."""
+    if hasattr(os, "killpg"):  # not on Windows
+        with suppress(ProcessLookupError):
+            os.killpg(running.pid, signal.SIGKILL)
+    else:
+        running.kill()
 
 
 @lru_cache(maxsize=512)

@@ -1,10 +1,12 @@
 """Compiled kernels: the same bits as the interpreter's, a cache that processes share, and what happens without it."""
 
 import os
+import signal
 import subprocess
 import sys
 import textwrap
 import threading
+import time
 import warnings
 from typing import Any
 
@@ -126,7 +128,7 @@ def test_the_cache_serves_processes_without_a_compiler_run(cache, monkeypatch):
     assert isinstance(kernel_function(kernel, "out", 1, "compiled"), compiled.MachineFunction)
     for function in REMEMBERED:
         function.cache_clear()
-    monkeypatch.setattr(subprocess, "run", None)
+    monkeypatch.setattr(subprocess, "Popen", None)
     assert isinstance(kernel_function(kernel, "out", 1, "auto"), compiled.MachineFunction)
     assert kernel_function(kernel, "out", 1, "interpreted") is kernel.function("out")
 
@@ -314,7 +316,7 @@ def test_what_takes_a_compiler_minutes_is_listed(cache, monkeypatch):
         assert Mapped(machine, nodes)(*given).tobytes() == expected.tobytes()
         for remembered in REMEMBERED:
             remembered.cache_clear()
-        monkeypatch.setattr(subprocess, "run", None)
+        monkeypatch.setattr(subprocess, "Popen", None)
     # A few nodes do not repay a list of their own accord, in a series of solves neither.
     monkeypatch.setenv("SYMMOTION_CACHE", str(cache.parent / "empty"))
     for remembered in REMEMBERED:
@@ -347,6 +349,50 @@ def test_a_compiler_that_hangs_is_given_up(cache, monkeypatch, tmp_path):
     kernel = square()
     with pytest.warns(RuntimeWarning, match="sleepy-cc failed: it has not ended after 0.1 s"):
         assert kernel_function(kernel, "out", 1, "compiled") is kernel.function("out")
+    assert not list(cache.iterdir())
+
+
+@needs_compiler
+@pytest.mark.parametrize("builder", ["this thread", "another"])
+def test_a_signal_ends_the_wait_for_a_compiler(cache, monkeypatch, tmp_path, builder):
+    # Of this process alone, from a handler whose error the cache's own faults are kinds of.
+    begun, ended = tmp_path / "begun", tmp_path / "ended"
+    sleeper = tmp_path / "sleepy-cc"
+    sleeper.write_text(f"#!/bin/sh\ntouch {begun}\nsleep 1.5\ntouch {ended}\n")
+    sleeper.chmod(0o755)
+    monkeypatch.setenv("CC", str(sleeper))
+    monkeypatch.setattr(compiled, "PATIENCE", 1)
+    monkeypatch.setattr(compiled, "_stay_interpreted", lambda reason: None)
+
+    def late(number, frame):
+        raise TimeoutError("late")
+
+    def build():
+        kernel_function(square(), "out", 1, "compiled")
+
+    def tell():
+        while not begun.exists():
+            time.sleep(0.01)
+        time.sleep(0.2)
+        os.kill(os.getpid(), signal.SIGUSR1)
+
+    teller, other = threading.Thread(target=tell), threading.Thread(target=build)
+    before = signal.signal(signal.SIGUSR1, late)
+    try:
+        teller.start()
+        if builder == "another":
+            other.start()
+            while not begun.exists():
+                time.sleep(0.01)
+        with pytest.raises(TimeoutError, match="late"):
+            build()
+        assert other.is_alive() == (builder == "another")
+    finally:
+        teller.join()
+        signal.signal(signal.SIGUSR1, before)
+    time.sleep(1.5)
+    assert not other.is_alive()
+    assert not ended.exists()  # nor does what the compiler has started go on
     assert not list(cache.iterdir())
 
 
