@@ -19,12 +19,16 @@ MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times
 class Column:
     """A table column's heading and the unit of its numbers.
 
+    end: whether these are the ends, lower or upper, of an interval around the column before them, where readers are
+    shown them, in brackets.
+
     >>> sm.report.Column("height", "mm")
     Column(name='height', unit='mm')
     """
 
     name: str
     unit: str = ""
+    end: bool = False
 
     __repr__ = in_a_line
 
@@ -38,7 +42,7 @@ class Column:
 class Table:
     """Rows of text, numbers, truth values or None (missing), one cell per column; NumPy scalars become plain ones.
 
-    Raises InputError for rows of other lengths than the columns.
+    Raises InputError for rows of other lengths than the columns, and for ends of intervals in the first one.
 
     >>> from symmotion.report import Column, Table
     >>> Table("heights", (Column("name"), Column("h", "mm")), (("a", 1.5), ("b", None))).numeric
@@ -54,6 +58,8 @@ class Table:
         return f"Table({self.name!r}, {len(self.rows)} rows of {', '.join(c.name for c in self.columns)})"
 
     def __post_init__(self):
+        if self.columns and self.columns[0].end:
+            raise InputError(f"table {self.name!r}: its first column is the end of no interval")
         rows = tuple(tuple(c.item() if isinstance(c, np.generic) else c for c in row) for row in self.rows)
         for i, row in enumerate(rows):
             if len(row) != len(self.columns):
@@ -69,6 +75,20 @@ class Table:
         """Per column, whether it holds numbers only, missing ones aside."""
         cells = ([row[k] for row in self.rows if row[k] is not None] for k in range(len(self.columns)))
         return tuple(all(isinstance(c, int | float) and not isinstance(c, bool) for c in column) for column in cells)
+
+    @property
+    def parts(self) -> tuple[tuple[int, ...], ...]:
+        """The columns as a reader is shown them: the place of each, with those of the ends of its interval."""
+        first = [k for k, column in enumerate(self.columns) if not column.end]
+        return tuple(tuple(range(a, b)) for a, b in zip(first, [*first[1:], len(self.columns)], strict=True))
+
+    def shown(self, row: tuple[Cell, ...], part: tuple[int, ...]) -> str:
+        """What stands in a row under one of the `parts`: "77.8 (45.3–93.7)"."""
+        k, *ends = part
+        if not ends or row[k] is None:
+            return shown(row[k], self.columns[k].digits)
+        value, *around = (shown(row[j], 3) for j in part)
+        return f"{value} ({'–'.join(around)})"
 
 
 def start_of(times: np.ndarray) -> float:

@@ -63,8 +63,8 @@ def run(options: StudyOptions) -> StudyResult:
         f"{faired.steps} steps."
     )
     answer = (
-        f"They show that keyframe {dearest} in space is the dearest, ‖λ‖ = {size[dearest]:.3g}, and that fairing "
-        f"lowers G from {faired.initial:.3g} to {faired.final:.3g} in {faired.steps} steps."
+        f"The pictures show that keyframe {dearest} in space is the dearest, ‖λ‖ = {size[dearest]:.3g}, and that "
+        f"fairing lowers G from {faired.initial:.3g} to {faired.final:.3g} in {faired.steps} steps."
     )
     return StudyResult((table,), figures, runs, conclusion, answer=answer)
 

@@ -226,7 +226,7 @@ def _table(answers: Sequence[Answer], plugins: Mapping[str, object]) -> Table:
     caption = (
         "Certified at the returned point with the returned multipliers, to three tolerances; best known: to 1e-6, "
         "within "
-        "1e-6 of the best value known. Right: says solved, and is to 1e-6, or neither. From–to: Wilson's 95 % "
+        "1e-6 of the best value known. Right: says solved, and is to 1e-6, or neither. In brackets: Wilson's 95 % "
         "interval. "
         "CPU: geometric mean, shifted by 10 ms, with what CasADi takes to read and differentiate the problem, without "
         "what was stopped."

@@ -119,8 +119,8 @@ def _conditions(found: Conditions) -> Table:
         Column("knots per segment"),
         Column("system"),
         Column("condition"),
-        Column("least"),
-        Column("most"),
+        Column("least", end=True),
+        Column("most", end=True),
     )
     caption = (
         f"2-norm condition numbers at a minimum, {KEYFRAMES} keyframes in space turned by {ANGLE}°; the Hessian "
@@ -287,8 +287,8 @@ def _costs(found: dict[int, list[tuple[float, float]]]) -> Table:
         Column("explicit, CPU", "ms"),
         Column("eliminated, CPU", "ms"),
         Column("ratio"),
-        Column("from"),
-        Column("to"),
+        Column("from", end=True),
+        Column("to", end=True),
     )
     caption = "Solves of R at 40°; medians, and the geometric mean of the ratios with its 95 % interval over seeds."
     return Table("cost", columns, tuple(rows), caption)

@@ -23,6 +23,7 @@ from studies.solving.bounded_speed import (
     speeds,
     turning,
 )
+from studies.solving.contest import tables
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
 from symmotion.views import COLOURS, new_figure
 
@@ -53,7 +54,7 @@ def run(options: StudyOptions) -> StudyResult:
     sampled = between_samples()
     runs = [replace(Run.of(p.name, s), log=()) for p in pairs for s in p.solutions]
     runs += [Run.of(f"{p.kind} bound, {p.name} keyframes", s) for p in sped for s in p.solutions]
-    tables = (_by_kind(pairs), speeds(sped), _edits(edits), _between(sampled), _prices(sampled[-1].solution))
+    shown = (_by_kind(pairs), speeds(sped), _edits(edits), _between(sampled), _prices(sampled[-1].solution))
     figures, told = (_speed_figure(sampled), _floor_figure()), _told(pairs, sped, edits, sampled)
     good = [share(sum(certified(p.solutions[k]) for p in pairs), len(pairs)) for k in range(len(METHODS))]
     held, everywhere = (100 * s.excess.value for s in (sampled[1], sampled[-1]))
@@ -61,7 +62,7 @@ def run(options: StudyOptions) -> StudyResult:
         f"With bounds {METHODS[0]} certifies {good[0]}, {METHODS[1]} {good[1]} problems from one start; a speed bound "
         f"held at samples is exceeded between them by {held:.2g} %, held everywhere by {everywhere:.1g} %."
     )
-    return StudyResult(tables, figures, tuple(runs), *told, answer=answer)
+    return StudyResult(shown, figures, tuple(runs), *told, answer=answer)
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,7 +317,7 @@ def _told(
     )
     full = len(pairs) == FULL
     note = f"The quick form: {len(pairs)} problems and {len(edits.warm)} edits; the long one has {FULL} and {MANY}."
-    return text, () if full else (note,)
+    return text, tables.LIMITS if full else (note, *tables.LIMITS)
 
 
 STUDY = Study(

@@ -13,7 +13,7 @@ from studies.solving.contest import tables
 from studies.solving.contest.attempts import SAME, Budget, Contest, Task, alike, contend, start_of
 from studies.solving.contest.profiles import colour_of, figure
 from studies.solving.hard_keyframes import KINDS, Problem, problem
-from studies.solving.solvers import LIMITS, contenders
+from studies.solving.solvers import contenders
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
 from symmotion.views import new_figure
 
@@ -50,7 +50,7 @@ def run(options: StudyOptions) -> StudyResult:
         _shares(contest),
     )
     quick = f"The quick form: {len(chosen)} problems of at most {SMALL} unknowns; the long one takes {FULL}."
-    notes = LIMITS if options.full else (quick, *LIMITS)
+    notes = tables.LIMITS if options.full else (quick, *tables.LIMITS)
     good = "; ".join(f"{m} certifies {tables.passed(contest, m, 1, tables.certified)}" for m in MAIN)
     most = tables.passed(contest, "newton", 1, contest.reached)
     answer = f"Of hard problems {good}; newton ends at the best value known in {most}."

@@ -136,8 +136,8 @@ def repeated_table(measured: Sequence[Measurement]) -> Table:
         Column("method"),
         Column("repetitions"),
         Column("median", "ms"),
-        Column("least", "ms"),
-        Column("most", "ms"),
+        Column("least", "ms", end=True),
+        Column("most", "ms", end=True),
     )
     caption = "The median is the time that the other tables have; times that are not here are those of one solve."
     return Table("repetitions", columns, tuple(rows), caption)

@@ -29,14 +29,6 @@ def contenders(full: bool) -> tuple[Contender, ...]:
 
 QUICK, FULL = Budget(2, 0.0, 2), Budget(5, 0.2, 12)
 ACCURACIES = (1e-4, 1e-6, 1e-10)  # beside the 1e-8 of the contest itself
-LIMITS = (
-    "Limits: all problems are symmotion's own, small kernels applied many times, and were chosen by its authors; they "
-    "say nothing of other nonlinear programs. Random starts are noise about the programs' own. The best value known is "
-    "no proof of a global minimum, and was looked for with the two solvers that it judges. Certificate and derivatives "
-    "are symmotion's, the same for all, which spares IPOPT its own differentiation. One machine; CPU times of solves "
-    "of "
-    "milliseconds differ from run to run.",
-)
 
 
 def run(options: StudyOptions) -> StudyResult:
@@ -72,7 +64,7 @@ def run(options: StudyOptions) -> StudyResult:
         () if options.full else (f"The quick form: {len(chosen)} of the set's problems, and {budget.starts} starts.",)
     )
     slim = tuple(replace(r, log=()) if r.case != chosen[0].name else r for r in runs)
-    return StudyResult(shown, figures, slim, _conclusion(contest, budget), (*quiet, *LIMITS), answer=answer)
+    return StudyResult(shown, figures, slim, _conclusion(contest, budget), (*quiet, *tables.LIMITS), answer=answer)
 
 
 PROFILES = (

@@ -69,7 +69,7 @@ def run(options: StudyOptions) -> StudyResult:
         f"{fewer['newton, Gauss–Newton']} by Gauss–Newton, IPOPT {fewer['ipopt, L-BFGS']} with L-BFGS."
     )
     note = (f"{len(chosen)} of the set's problems{', every third' if options.full else ': the quick form'}.",)
-    return StudyResult(shown, figures, runs, _conclusion(contest, again), note, answer=answer)
+    return StudyResult(shown, figures, runs, _conclusion(contest, again), (*note, *tables.LIMITS), answer=answer)
 
 
 def default_of(method: str) -> str:
@@ -97,8 +97,8 @@ def against(contest: Contest) -> Table:
         Column("only the default"),
         Column("p"),
         Column("CPU, variant / default"),
-        Column("from"),
-        Column("to"),
+        Column("from", end=True),
+        Column("to", end=True),
     )
     caption = (
         "Each variant against the default of the same solver, on the problems that both take. p: exact test of "
@@ -161,8 +161,8 @@ def warm_table(found: list[tuple[str, float, dict[str, tuple]]]) -> Table:
         Column("certified", "%"),
         *tables.ends("certified"),
         Column("iterations"),
-        Column("quarter below"),
-        Column("quarter above"),
+        Column("quarter below", end=True),
+        Column("quarter above", end=True),
     )
     caption = (
         "The middle keyframe moved and turned, relative to the motion's size, and the program solved again: from its "
@@ -195,26 +195,31 @@ def _kkt_figure() -> Figure:
 
 
 def _conclusion(contest: Contest, again: list[tuple[str, float, dict[str, tuple]]]) -> str:
-    lines = []
-    for method in contest.methods:
-        if method == default_of(method):
-            continue
-        base = default_of(method)
-        one, two, p = tables.outdone(contest, method, base, 1, contest.reached)
-        lines.append(f"{method} {one} : {two} (p = {p:.2g}), CPU × {_fewer(contest, method)}")
+    said = []
+    for base in dict.fromkeys(map(default_of, contest.methods)):
+        mine = [m for m in contest.methods if m != base and default_of(m) == base]
+        tests = {m: tables.outdone(contest, m, base, 1, contest.reached) for m in mine}
+        told = [
+            f"{_option(m)} {tests[m][0]} : {tests[m][1]}, p = {tests[m][2]:.2g}" for m in mine if tests[m][2] < 0.05
+        ]
+        said.append(
+            f"{base}, relative CPU time where both are certified: "
+            f"{', '.join(f'{_option(m)} {_fewer(contest, m)}' for m in mine)}. Best values that only the variant or "
+            f"only the default reaches: {'; '.join([*told, 'the others do not differ beyond chance (p ≥ 0.05)'])}."
+        )
     warm = {way: share(sum(e[2][way][0] for e in again), len(again)) for way in (again[0][2] if again else ())}
-    text = (
-        "Best values that only the variant or only its solver's default reaches, and its CPU time relative to the "
-        f"default's where both are certified: {'; '.join(lines)}."
-    )
     if warm:
-        text += f"\n\nEdited programs certified: {'; '.join(f'{way} {told}' for way, told in warm.items())}."
-    return text + (
-        f"\n\nInequalities ({BOUNDS}) and curved conditions are taken by the default, Gauss–Newton and sparse variants "
+        said.append(f"Edited programs certified: {'; '.join(f'{way} {told}' for way, told in warm.items())}.")
+    said.append(
+        f"Inequalities ({BOUNDS}) and curved conditions are taken by the default, Gauss–Newton and sparse variants "
         "of ExactNewton and by IPOPT; elimination and the condensed system take linear equalities, and the table "
-        "counts "
-        "each on what it takes."
+        "counts each on what it takes."
     )
+    return "\n\n".join(said)
+
+
+def _option(method: str) -> str:
+    return method.split(", ")[1]
 
 
 STUDY = Study(

@@ -24,7 +24,7 @@ from symmotion.errors import InputError
 from symmotion.report.trust import tally, trust
 from symmotion.report.values import Figure, Player, Run, StudyRecord, require_distinct
 from symmotion.svg import as_element
-from symmotion.tables import shown
+from symmotion.tables import Table, shown
 from symmotion.version import __version__
 from symmotion.whole import whole_file
 
@@ -104,10 +104,15 @@ def _study(record: StudyRecord) -> dict[str, Json]:
         "conclusion": result.conclusion if result else None,
         "notes": list(result.notes) if result else [],
         "figures": list(_figures([record])),
-        "tables": [asdict(table) for table in result.tables] if result else [],
+        "tables": [_table(table) for table in result.tables] if result else [],
         "runs": [_run(run) for run in result.runs] if result else [],
         "players": [_player(player) for player in result.players] if result else [],
     }
+
+
+def _table(table: Table) -> dict[str, Json]:
+    columns = [{"name": c.name, "unit": c.unit, **({"end": True} if c.end else {})} for c in table.columns]
+    return {**asdict(table), "columns": columns}
 
 
 def _run(run: Run) -> dict[str, Json]:

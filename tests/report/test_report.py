@@ -229,6 +229,7 @@ def test_numpy_scalars_become_plain():
     [
         (lambda: Table("t", (Column("a"),), ((1,), (1, 2))), "'t', row 1: 2 cells for 1 columns"),
         (lambda: Table("t", (Column("a"),), cast(Any, (([1],),))), "row 0: a cell cannot be a list"),
+        (lambda: Table("t", (Column("a", end=True),), ()), "'t': its first column is the end of no interval"),
         (lambda: Figure("a b", "<svg>", ""), "figure 'a b': letters"),
         (lambda: Figure("a", "<?xml?>", ""), "SVG element"),
         (lambda: record("../x"), r"study '../x': letters"),
@@ -249,6 +250,19 @@ def test_only_certified_minima_count():
 def test_measured_times_have_fewer_digits():
     table = Table("speed", (Column("length", "m"), Column("time", "ms"), Column("peak", "MB")), ())
     assert [c.digits for c in table.columns] == [5, 3, 3]
+
+
+def test_the_ends_of_intervals_stand_in_brackets(tmp_path):
+    share = Column("share", "%"), Column("from", "%", end=True), Column("to", "%", end=True)
+    rows = ("a", 200 / 3, 9.4531, 98.5, 3), ("b", None, None, None, 0)
+    table = Table("t", (Column("case"), *share, Column("n")), rows)
+    assert [[table.shown(row, part) for part in table.parts] for row in rows] == [
+        ["a", "66.7 (9.45–98.5)", "3"],
+        ["b", "–", "0"],
+    ]
+    write_report([record(result=found(tables=(table,)))], tmp_path)
+    assert "66.7 (9.45–98.5)" in Page(tmp_path / "index.html").text
+    assert strict_json(tmp_path / "report.json")["studies"][0]["tables"][0]["rows"][0][1:4] == [200 / 3, 9.4531, 98.5]
 
 
 # Figures

@@ -8,12 +8,19 @@ from studies.solving.contest.attempts import SAME, Attempt, Contest
 from symmotion.report import Column, Table
 
 SHIFT = 0.01  # seconds, of the geometric means
+LIMITS = (
+    "Limits: all problems are symmotion's own, small kernels applied many times, and were chosen by its authors; they "
+    "say nothing of other nonlinear programs. Random starts are noise about the programs' own. The best value known is "
+    "no proof of a global minimum, and was looked for with the two solvers that it judges. Certificate and derivatives "
+    "are symmotion's, the same for all, which spares IPOPT its own differentiation. One machine; CPU times of solves "
+    "of milliseconds differ from run to run.",
+)
 Test = Callable[[Attempt], bool]
 
 
 def ends(what: str) -> tuple[Column, Column]:
     """The columns of the ends of a share's interval."""
-    return Column(f"{what}, from", "%"), Column(f"{what}, to", "%")
+    return Column(f"{what}, from", "%", end=True), Column(f"{what}, to", "%", end=True)
 
 
 def by_problem(contest: Contest, method: str, starts: int, test: Test, family: str | None = None) -> dict[str, bool]:
@@ -63,11 +70,10 @@ def results(contest: Contest, budgets: Iterable[int], name: str = "equal budgets
     )
     caption = (
         "From the same starts. Certified: a strict local minimum by symmotion's certificate, to the solver's "
-        "tolerance; "
-        f"best known: certified, and within {SAME:g} of the least certified value that anyone found. With several "
-        "starts, one of them counts. From–to: Wilson's 95 % interval. CPU of all starts, without building the program "
-        f"and deriving its functions, and evaluations of all kinds, failed runs too: geometric means, shifted by "
-        f"{1e3 * SHIFT:g} ms and 1."
+        f"tolerance; best known: certified, and within {SAME:g} of the least certified value that anyone found. With "
+        "several starts, one of them counts. In brackets: Wilson's 95 % interval. CPU of all starts, without building "
+        "the program and deriving its functions, and evaluations of all kinds, failed runs too: geometric means, "
+        f"shifted by {1e3 * SHIFT:g} ms and 1."
     )
     return Table(name, columns, tuple(rows), caption)
 
@@ -93,8 +99,8 @@ def differences(contest: Contest, first: str, starts: Sequence[int], others: Seq
         Column("only the other"),
         Column("p"),
         Column("CPU, other / first"),
-        Column("from"),
-        Column("to"),
+        Column("from", end=True),
+        Column("to", end=True),
     )
     caption = (
         "On the problems that both take. p: exact two-sided test of McNemar, not corrected for the number of rows. "
