@@ -77,5 +77,5 @@ def _setting(spaces: list[LinearSpace] | list[Seen], keys: Keyframes | None) -> 
 
 def _at_nodes(constraint: Constraint, controls: np.ndarray) -> Excess:
     """The excess of a constraint on the controls of a spline, at its nodes."""
-    values = BlockEvaluator(constraint.block).out(constraint.block.rows(controls))
+    values = BlockEvaluator(constraint.block).out(controls)
     return excess_at(values, constraint.lower, constraint.upper, constraint.times, constraint.power)

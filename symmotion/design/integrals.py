@@ -80,7 +80,7 @@ def exact_integral(energy: Energy, space: LinearSpace, controls: np.ndarray) -> 
     """(S,) the integral over each span of an energy whose nodes are exact, and what rounding makes of the sum."""
     nodes = energy.nodes(space.basis.degree)
     block = kernel_of(energy, 1.0, space).integral(energy.name, space, nodes, 1.0)
-    shares = BlockEvaluator(block).density(block.rows(controls)) * block.weights.reshape(-1, nodes)
+    shares = BlockEvaluator(block).density(controls) * block.weights.reshape(-1, nodes)
     return shares.sum(axis=1), 32 * EPS * float(np.abs(shares).sum())
 
 

@@ -58,8 +58,7 @@ def _exact(energy: Energy, motion: object) -> bool:
 
 def _shares(program: Program, block: Block, x: np.ndarray) -> np.ndarray:
     """(N,) what each node of a term adds to it."""
-    rows = block.rows(program.arrays(x)[block.variable])
-    return BlockEvaluator(block).density(rows).ravel() * block.weights
+    return BlockEvaluator(block).density(program.arrays(x)[block.variable]).ravel() * block.weights
 
 
 def _compared(along: Integrand, integral: Integral, weight: float, spans: np.ndarray, keys: np.ndarray) -> Quadrature:

@@ -127,4 +127,4 @@ def terms_of(
 
 
 def _value(block: Block, controls: np.ndarray) -> float:
-    return BlockEvaluator(block).value(block.rows(controls))
+    return BlockEvaluator(block).value(controls)

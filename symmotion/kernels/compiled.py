@@ -21,15 +21,17 @@ import numpy as np
 from symmotion import interrupts
 from symmotion.errors import plain
 from symmotion.forking import ForkedLock
-from symmotion.kernels import hessians, kernel, listing, source
+from symmotion.kernels import hessians, kernel, listing, packing, passes, source
 from symmotion.kernels.cache import CHECKSUM, Unusable, cache_directory, keep, opened, place
 from symmotion.kernels.listing import NODES, Listing, machine_source
+from symmotion.kernels.passes import ElementFunction, Shape
 
 # No contraction to fused multiply-adds and no fast-math: the same bits as the interpreter's.
 FLAGS = ("-O2", "-std=gnu11", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", "-fPIC", "-shared")
 PATIENCE = 120  # seconds; the largest kernels take some
 LOOK = 0.1  # seconds between two looks at whether a compiler is still wanted
 LARGEST = 13_000  # instructions: compilers take more than proportionally long, 10 s for these; more are listed
+MAKERS = (kernel, hessians, packing, source, passes, listing)  # what machine code depends on
 LISTED = ".list"  # what files of lists are called
 _BUILDING = ForkedLock(LOOK, interrupts.check)
 
@@ -38,7 +40,7 @@ class MachineFunction:
     """A kernel function as machine code, over any number of nodes; safe to call from several threads.
 
     path: of the library, as the linker takes it; inputs: the size of each input at a node, zero where it is not
-    read; outputs: of each output.
+    read; outputs: of each output; elements: the pass over elements, where there is one.
     """
 
     def __init__(self, path: str):
@@ -48,6 +50,7 @@ class MachineFunction:
         self._call.restype = None
         sizes = ctypes.cast(library.sizes, ctypes.POINTER(ctypes.c_long))
         count = sizes[0]
+        self.elements = ElementFunction(library) if hasattr(library, "pass") else None
         self.inputs = tuple(sizes[1 : count + 1])
         self.outputs = tuple(sizes[count + 2 : count + 2 + sizes[count + 1]])
 
@@ -58,6 +61,8 @@ class MachineFunction:
 
 class ListedFunction:
     """As `MachineFunction`, of a list of instructions and the library of the machine that carries it out."""
+
+    elements = None
 
     def __init__(self, path: str, listing: Listing):
         self._listing, self._call = listing, ctypes.CDLL(path).run
@@ -122,7 +127,7 @@ def _built(code: str, kind: str, channels: int, squares: bool) -> Machine | None
     """Compiled or listed now; a failure is remembered, so that it is neither tried nor said again."""
     function = kernel.derive(code, kind, channels, squares)
     long = function.n_instructions() > LARGEST
-    found = Listing.of(function) if long else source.c_source(function)
+    found = Listing.of(function) if long else source.c_source(function, Shape(kind, channels))
     if found is None:
         return None
     if not _compiler():
@@ -252,7 +257,7 @@ def has_compiler() -> bool:
 @lru_cache(maxsize=1)
 def _toolchain() -> tuple[str, ...]:
     """What machine code depends on beside the kernel: how C is made from it, compiler, flags and processor."""
-    makers = (Path(m.__file__ or "").read_text(encoding="utf-8") for m in (kernel, hessians, source, listing))
+    makers = (Path(m.__file__ or "").read_text(encoding="utf-8") for m in MAKERS)
     compiler = [*_compiler(), *FLAGS]
     if _compiler():
         # Which compiler it is, without the milliseconds of asking it.

@@ -5,9 +5,9 @@ from functools import cached_property, lru_cache
 from sys import intern
 
 import casadi as ca
-import numpy as np
 
 from symmotion.kernels.hessians import LONG, Inner, second_order
+from symmotion.kernels.packing import packed
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,12 +119,13 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
 
     The scalar in question is φ = Σ out² with `squares`, else muᵀ out. Kinds:
     "out" (C,); "value" φ; "gradient" ∂φ/∂z, row by row;
-    "hessian" ∂²φ/∂z², as rows × rows blocks of channels × channels (of a sum of squares the
-    Gauss–Newton part plus theta times the rest), and the gradient beside it;
+    "hessian" ∂²φ/∂z², packed (see `packing`; of a sum of squares the Gauss–Newton part plus theta times the rest), and
+    the gradient beside it;
     "jacobian" ∂out/∂z, (C, rows · channels) by rows;
-    "barrier" of (z, data, mu, theta, sigma): θ ∂²(muᵀ out)/∂z² + Jᵀ diag(sigma) J in the same blocks, J = ∂out/∂z,
-    and the gradient of muᵀ out beside it;
+    "barrier" of (z, data, mu, theta, sigma): θ ∂²(muᵀ out)/∂z² + Jᵀ diag(sigma) J, packed too, J = ∂out/∂z, and
+    the gradient of muᵀ out beside it;
     "mixed" ∂²φ/∂z∂data, (rows · channels, D) by rows; "shift" ∂φ/∂data, (D,); "data" ∂out/∂data, (C, D) by rows;
+    "rounding" ‖|J| mu‖², mu having the shape of z: the square of what `out` sums up;
     "along" J mu, (C,), and "line" the five coefficients of φ along z + α mu, for out up to quadratic, mu having the
     shape of z in both.
     """
@@ -132,7 +133,7 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     mu = ca.SX.sym("mu", out.numel())
     theta, sigma = ca.SX.sym("theta"), ca.SX.sym("sigma", out.numel())
     phi = ca.sumsqr(out) if squares else ca.dot(mu, out)
-    if kind in ("along", "line"):
+    if kind in ("along", "line", "rounding"):
         mu = ca.SX.sym("mu", z.numel())
     inputs, outputs = [z, data, mu], []
     if kind == "out":
@@ -143,8 +144,8 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
         result = ca.gradient(phi, z)
     elif kind in ("hessian", "barrier"):
         hessian, gradient = second_order(z, data, out, inner, squares, theta, mu, sigma if kind == "barrier" else None)
-        # One triangle is computed and mirrored: CasADi does not see that the two are equal.
-        result = _by_blocks(ca.triu2symm(ca.triu(hessian)), channels)
+        # One triangle is computed: CasADi does not see that the two are equal.
+        result = packed(ca.triu(hessian), channels)
         inputs, outputs = [*inputs, theta, *([sigma] if kind == "barrier" else [])], [gradient]
     elif kind == "jacobian":
         result = ca.vec(ca.densify(ca.jacobian(out, z)).T)
@@ -154,6 +155,8 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
         result = ca.gradient(phi, data)
     elif kind == "data":
         result = ca.vec(ca.densify(ca.jacobian(out, data)).T)
+    elif kind == "rounding":
+        result = ca.sumsqr(ca.fabs(ca.jacobian(out, z)) @ mu)
     elif kind == "along":
         result = ca.jtimes(out, z, mu)
     elif kind == "line":
@@ -170,13 +173,3 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     outputs = [ca.densify(o) for o in (result, *outputs)]
     plain = ca.Function("kernel", inputs, outputs)
     return plain if plain.n_instructions() > LONG else ca.Function("kernel", inputs, ca.cse(outputs))
-
-
-def _by_blocks(hessian: ca.SX, channels: int) -> ca.SX:
-    """A Hessian as one column: for each pair of rows (a, b) its channels × channels block, row by row."""
-    size = hessian.shape[0]
-    i = np.arange(size).reshape(-1, channels)
-    rows = i[:, None, :, None]
-    columns = i[None, :, None, :]
-    order = (rows + columns * size).ravel()
-    return ca.vec(ca.densify(hessian))[order.tolist()]

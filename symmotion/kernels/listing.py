@@ -83,7 +83,7 @@ def machine_source() -> str:
     """
     vectors = f"#define LANES {NODES}\n" + HEAD[HEAD.index("#define EACH") :]
     # Registers lie wherever NumPy puts them.
-    vectors = vectors.replace("vector_size(8 * LANES)", "vector_size(8 * LANES), aligned(8)")
+    vectors = vectors.replace("vector_size(8 * LANES)))", "vector_size(8 * LANES), aligned(8)))")
     cases = "".join(
         f"      case {op}: w[c[1]] = {text.format(x='w[c[2]]', y='w[c[3]]')}; break;\n"
         for op, text in ARITHMETIC.items()

@@ -12,6 +12,7 @@ import numpy as np
 
 from symmotion import interrupts
 from symmotion.forking import CASADI
+from symmotion.kernels.arrays import ArrayFunction, Arrays
 from symmotion.kernels.compiled import LARGEST, Machine, has_compiler, load
 from symmotion.kernels.kernel import Kernel
 
@@ -22,15 +23,17 @@ COMPILE_AFTER = (
     100_000  # nodes in all at which a function was interpreted that have taken as long as its compiler would
 )
 LIST_FROM = 10_000_000  # instructions at all nodes from which a solve or two repay listing those of a long function
+ARRAYS_FROM = 500  # nodes from which NumPy carries out a function faster than CasADi, listing it included
 THREADS_FROM = 16  # chunks from which a second thread pays
 
 
-def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> Machine | ca.Function:
-    """One of the functions of `derive` for `count` nodes: compiled where that is wanted or free, else CasADi's.
+def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> Machine | ArrayFunction | ca.Function:
+    """One of the functions of `derive` for `count` nodes: compiled where that is wanted or free, else interpreted.
 
-    kernels: "compiled" compiles what the cache lacks, "interpreted" leaves the cache alone,
+    kernels: "compiled" compiles what the cache lacks, "interpreted" leaves it to CasADi alone,
     "auto" takes what is in the cache, and compiles for programs that repay it at once and what many small ones
-    have used so often that the compiler would have been repaid.
+    have used so often that the compiler would have been repaid. What is not compiled then is carried out by NumPy at
+    many nodes, see `ArrayFunction`, and by CasADi at few.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
@@ -46,7 +49,8 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     length = function.n_instructions()
     listed = length > LARGEST and count * length >= LIST_FROM
     often = length <= LARGEST and _use(function).nodes >= COMPILE_AFTER and has_compiler()
-    return (load(*key, build=True) if listed or often else None) or function
+    machine = load(*key, build=True) if listed or often else None
+    return machine or (ArrayFunction.of(function) if count >= ARRAYS_FROM else None) or function
 
 
 @dataclass
@@ -93,32 +97,34 @@ class Mapped:
     """A kernel function over many nodes, in chunks. One per thread that calls it.
 
     count: nodes in all; multiple: nodes that must stay in one chunk; threads: at most so many
-    work on it at once. Every node's numbers are the same whatever the chunks and threads.
+    work on it at once. elements: the function's pass over elements, where it has one. Every node's numbers are the same whatever the chunks and threads.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
     >>> mapped = sm.kernels.Mapped(function, 30)
     """
 
-    def __init__(self, function: Machine | ca.Function, count: int, multiple: int = 1, threads: int = 1):
-        if isinstance(function, Machine):
+    def __init__(
+        self, function: Machine | ArrayFunction | ca.Function, count: int, multiple: int = 1, threads: int = 1
+    ):
+        if isinstance(function, Machine | ArrayFunction):
             inputs, outputs = function.inputs, function.outputs
         else:
             inputs = tuple(function.size1_in(i) for i in range(function.n_in()))
             outputs = tuple(function.size1_out(i) for i in range(function.n_out()))
         self.count, self.inputs, self.outputs = count, inputs, outputs
         self.compiled = isinstance(function, Machine)
-        self._use = _Use() if isinstance(function, Machine) else _use(function)
+        self.elements = None if isinstance(function, ca.Function) else function.elements
+        own = function.function if isinstance(function, ArrayFunction) else function
+        self._use = _Use() if isinstance(own, Machine) else _use(own)
         # Chunks of equal size: what the last one lacks would be interpreted in vain.
         elements = count // multiple
-        rounds = max(1, round(count * sum(inputs + outputs) / CHUNK))
+        chunk = function.nodes if isinstance(function, ArrayFunction) else CHUNK / sum(inputs + outputs)
+        rounds = max(1, round(count / chunk))
         size = -(-elements // rounds) * multiple
         self._chunks = [slice(start, min(start + size, count)) for start in range(0, count, size)] if size else []
         threads = min(threads, max(1, 2 * len(self._chunks) // THREADS_FROM))
-        self._workers = [
-            _Compiled(function, size) if isinstance(function, Machine) else _Interpreted(function, size)
-            for _ in range(threads)
-        ]
+        self._workers = [_worker(function, size) for _ in range(threads)]
 
     def __repr__(self) -> str:
         return f"Mapped({self.count} nodes, {'compiled' if self.compiled else 'interpreted'})"
@@ -136,7 +142,7 @@ class Mapped:
             if a is not None and size and a.size != self.count * size:
                 raise ValueError(f"an array ({self.count}, {size}) is needed, not {a.shape}")
 
-        def work(worker: _Compiled | _Interpreted, chunks: Sequence[slice]) -> None:
+        def work(worker: _Compiled | Arrays | _Interpreted, chunks: Sequence[slice]) -> None:
             for nodes in chunks:
                 use(nodes, worker(contiguous, nodes))
 
@@ -170,6 +176,13 @@ def _pool(threads: int, process: int) -> ThreadPoolExecutor:
     # Of this process: a forked one has the parent's pool without its threads.
     # Starting threads costs more than the work that they take over in a program of middling size.
     return ThreadPoolExecutor(threads, thread_name_prefix="symmotion")
+
+
+def _worker(function: Machine | ArrayFunction | ca.Function, size: int) -> "_Compiled | Arrays | _Interpreted":
+    """One thread's memory for a function at so many nodes."""
+    if isinstance(function, Machine):
+        return _Compiled(function, size)
+    return Arrays(function, size) if isinstance(function, ArrayFunction) else _Interpreted(function, size)
 
 
 class _Compiled:

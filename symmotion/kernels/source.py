@@ -4,6 +4,8 @@ import math
 
 import casadi as ca
 
+from symmotion.kernels.passes import Shape, pass_source
+
 # Operations of two operands, or of one, in terms of vectors x and y. Rounded as CasADi's own machine rounds
 # them, one IEEE operation each, so that compiled and interpreted kernels return the same bits.
 ARITHMETIC: dict[int, str] = {
@@ -15,6 +17,7 @@ ARITHMETIC: dict[int, str] = {
     ca.OP_NEG: "-{x}",
     ca.OP_SQ: "{x} * {x}",
     ca.OP_TWICE: "{x} + {x}",
+    ca.OP_FABS: "(V)((M)({x}) & 0x7fffffffffffffffLL)",
     ca.OP_INV: "all(1.0) / {x}",
     ca.OP_LT: "where((M)({x} < {y}), all(1.0))",
     ca.OP_LE: "where((M)({x} <= {y}), all(1.0))",
@@ -43,7 +46,6 @@ BY_LANE: dict[int, str] = {
     ca.OP_LOG: "log(x)",
     ca.OP_LOG1P: "log1p(x)",
     ca.OP_ERF: "erf(x)",
-    ca.OP_FABS: "fabs(x)",
     ca.OP_FLOOR: "floor(x)",
     ca.OP_CEIL: "ceil(x)",
     ca.OP_SIGN: "x < 0 ? -1 : x > 0 ? 1 : x",
@@ -70,29 +72,37 @@ HEAD = """\
 #endif
 #define EACH(lanes, size) for (int l = 0; l < lanes; l++) for (int j = 0; j < size; j++)
 typedef double V __attribute__((vector_size(8 * LANES)));
+typedef double T __attribute__((vector_size(8 * LANES), aligned(8)));
 typedef long long M __attribute__((vector_size(8 * LANES)));
 static inline V all(double x) { V r; for (int l = 0; l < LANES; l++) r[l] = x; return r; }
 static __attribute__((noinline)) V where(M mask, V x) { return (V)(mask & (M)x); }
 """
 
 
-def c_source(function: ca.Function) -> str | None:
+def c_source(function: ca.Function, shape: Shape | None = None) -> str | None:
     """The C text of a dense SX function, mapped over nodes; None where it has an operation without C form here.
 
     `void kernel(long count, const double *const *in, double *const *out)` reads inputs (count, size)
     each and writes outputs (count, size) each, row by row; an input that it does not read may be
     NULL. `const long sizes[]` has how many inputs there are, the size of each, zero where it is
-    not read, and the same for the outputs.
+    not read, and the same for the outputs. shape: where known, there may be a `pass` over elements, too.
     """
     lanes: dict[int, str] = {}
     body: list[str] = []
-    read = set()
+    read, zeros, zero = set(), set(), set()
     for k in range(function.n_instructions()):
         line = _instruction(function, k, lanes)
         if line is None:
             return None
-        if function.instruction_id(k) == ca.OP_INPUT:
-            read.add(function.instruction_input(k)[0])
+        op, given, made = function.instruction_id(k), function.instruction_input(k), function.instruction_output(k)
+        if op == ca.OP_INPUT:
+            read.add(given[0])
+        if op == ca.OP_OUTPUT and made[0] == 0 and given[0] in zero:
+            zeros.add(made[1])
+        # Registers that hold zero.
+        zero -= set(made)
+        if op == ca.OP_CONST and function.instruction_constant(k) == 0:
+            zero.add(made[0])
         body.append(line)
     inputs = [function.size1_in(i) if i in read else 0 for i in range(function.n_in())]
     outputs = [function.size1_out(i) for i in range(function.n_out())]
@@ -104,27 +114,38 @@ def c_source(function: ca.Function) -> str | None:
     )
     sizes = ", ".join(map(str, (len(inputs), *inputs, len(outputs), *outputs)))
     work = [f"a{i}" for i in range(function.sz_w())]
-    return f"{HEAD}const long sizes[] = {{{sizes}}};\n{helpers}{_loop(inputs, outputs, work, body)}"
+    plain = f"{HEAD}const long sizes[] = {{{sizes}}};\n{helpers}{_nodes(inputs, outputs, work, body)}"
+    whole = [function.size1_in(i) for i in range(function.n_in())]
+    return plain + (pass_source(shape, inputs, outputs, whole, zeros) if shape else "")
 
 
-def _loop(inputs: list[int], outputs: list[int], work: list[str], body: list[str]) -> str:
+def _nodes(inputs: list[int], outputs: list[int], work: list[str], body: list[str]) -> str:
+    """The function at LANES nodes, and over many of them."""
+    arguments = [f"const V *restrict x{i}" for i in range(len(inputs))]
+    arguments += [f"V *restrict y{i}" for i in range(len(outputs))]
     loads = "".join(
         f"    EACH(LANES, {size}) x{i}[j][l] = in[{i}][n[l] * {size} + j];\n" for i, size in enumerate(inputs) if size
     )
     stores = "".join(
         f"    EACH(live, {size}) out[{i}][n[l] * {size} + j] = y{i}[j][l];\n" for i, size in enumerate(outputs)
     )
-    names = [f"x{i}[{size}]" for i, size in enumerate(inputs) if size]
+    names = [f"x{i}[{max(size, 1)}]" for i, size in enumerate(inputs)]
     names += [f"y{i}[{size}]" for i, size in enumerate(outputs)]
+    given = ", ".join([f"x{i}" for i in range(len(inputs))] + [f"y{i}" for i in range(len(outputs))])
     # Lanes past the end repeat the last node and are not stored.
     return f"""
+static __attribute__((noinline)) void nodes({", ".join(arguments)}) {{
+  V {", ".join(work or ["none"])};
+{"".join(line + chr(10) for line in body)}}}
+
 void kernel(long count, const double *const *in, double *const *out) {{
-  V {", ".join(names + work)};
+  V {", ".join(names)};
   for (long first = 0; first < count; first += LANES) {{
     const int live = count - first < LANES ? (int)(count - first) : LANES;
     long n[LANES];
     for (int l = 0; l < LANES; l++) n[l] = first + (l < live ? l : live - 1);
-{loads}{"".join(line + chr(10) for line in body)}{stores}  }}
+{loads}    nodes({given});
+{stores}  }}
 }}
 """
 

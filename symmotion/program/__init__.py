@@ -2,10 +2,11 @@
 
 from typing import TYPE_CHECKING
 
-from symmotion.program.block import WHOLE, Block, BlockEvaluator
+from symmotion.program.block import WHOLE, Block
 from symmotion.program.bounded import Bounded
 from symmotion.program.evaluate import Evaluator, Pattern
 from symmotion.program.everywhere import Everywhere, Excess, excess_at
+from symmotion.program.nodes import BlockEvaluator
 from symmotion.program.program import (
     Constraint,
     Design,

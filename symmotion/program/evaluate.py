@@ -11,7 +11,8 @@ from scipy import sparse
 from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.kernels.mapped import Kernels, default_threads
-from symmotion.program.block import BlockEvaluator, LocalTables
+from symmotion.program.local import LocalTables, Targets
+from symmotion.program.nodes import BlockEvaluator
 from symmotion.program.program import Program
 
 
@@ -19,8 +20,8 @@ from symmotion.program.program import Program
 class Pattern:
     """Where the blocks of the Hessian go in a flat array of numbers.
 
-    tables: per block of the program (terms, then constraints) its local tables; targets: per
-    block the position of each entry, those not wanted going to `size`, one past the end.
+    tables, targets: per block of the program (terms, then curved constraints) its local tables, and where the blocks of
+    its Hessian go.
 
     >>> from symmotion.program import Evaluator
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
@@ -30,7 +31,7 @@ class Pattern:
     """
 
     tables: tuple[LocalTables, ...]
-    targets: tuple[np.ndarray, ...]
+    targets: tuple[Targets, ...]
     size: int
 
     __repr__ = in_a_line
@@ -71,21 +72,22 @@ class Evaluator:
             for kind in kinds:
                 e.prepare(kind)
 
-    def _rows(self, evaluators: list[BlockEvaluator], x: np.ndarray) -> list[np.ndarray]:
+    def _read(self, evaluators: list[BlockEvaluator], x: np.ndarray) -> list[tuple[BlockEvaluator, np.ndarray]]:
+        """Blocks, each with the controls that it reads."""
         arrays = self.program.arrays(x)
-        return [e.block.rows(arrays[e.block.variable]) for e in evaluators]
+        return [(e, arrays[e.block.variable]) for e in evaluators]
 
     def terms_at(self, x: np.ndarray) -> dict[str, float]:
         """The value of each term, its factor included."""
         values: dict[str, float] = {}
-        for e, z in zip(self.terms, self._rows(self.terms, x), strict=True):
-            values[e.block.name] = e.value(z)
+        for e, controls in self._read(self.terms, x):
+            values[e.block.name] = e.value(controls)
         return values
 
     def objective(self, x: np.ndarray) -> float:
         self.counts["objective"] += 1
         began = perf_counter()
-        value = sum(e.value(z) for e, z in zip(self.terms, self._rows(self.terms, x), strict=True))
+        value = sum(e.value(controls) for e, controls in self._read(self.terms, x))
         self.seconds += perf_counter() - began
         return float(value)
 
@@ -93,9 +95,8 @@ class Evaluator:
         """What of the objective is rounding, see `BlockEvaluator.rounding`: no decrease below it can be told."""
         arrays = self.program.arrays(np.abs(x))
         sizes = [e.block.sizes(arrays[e.block.variable]) for e in self.terms]
-        return sum(
-            (e.rounding(z, s) for e, z, s in zip(self.terms, self._rows(self.terms, x), sizes, strict=True)), 0.0
-        )
+        pairs = zip(self._read(self.terms, x), sizes, strict=True)
+        return sum((e.rounding(controls, size) for (e, controls), size in pairs), 0.0)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         """(unknowns,) ∇f."""
@@ -103,8 +104,8 @@ class Evaluator:
         began = perf_counter()
         total = np.zeros_like(x)
         arrays = self.program.arrays(total)
-        for e, z in zip(self.terms, self._rows(self.terms, x), strict=True):
-            arrays[e.block.variable][:, e.block.channels] += e.gradient(z)
+        for e, controls in self._read(self.terms, x):
+            arrays[e.block.variable][:, e.block.channels] += e.gradient(controls)
         self.seconds += perf_counter() - began
         return total
 
@@ -116,7 +117,7 @@ class Evaluator:
     def values(self, x: np.ndarray) -> np.ndarray:
         """(conditions,) g."""
         self.counts["conditions"] += 1
-        parts = [e.out(z).ravel() for e, z in zip(self.constraints, self._rows(self.constraints, x), strict=True)]
+        parts = [e.out(controls).ravel() for e, controls in self._read(self.constraints, x)]
         return np.concatenate(parts) if parts else np.empty(0)
 
     def jacobian(self, x: np.ndarray) -> sparse.csr_array:
@@ -126,28 +127,22 @@ class Evaluator:
             return structure["jacobian"]
         self.counts["jacobian"] += 1
         began = perf_counter()
-        rows, columns, values = [], [], []
-        first = 0
-        for e, z in zip(self.constraints, self._rows(self.constraints, x), strict=True):
-            block = e.block
-            v = e.jacobian(z)
-            first_place, stride = self.program.place(block.variable)
-            channel = np.arange(stride)[block.channels]
-            place = first_place + block.local.columns[..., None] * stride + channel
-            rows.append(
-                np.broadcast_to(first + np.arange(v.shape[0] * v.shape[1]).reshape(*v.shape[:2], 1, 1), v.shape)
-            )
-            columns.append(np.broadcast_to(place[:, None], v.shape))
-            values.append(v)
-            first += v.shape[0] * v.shape[1]
+        counts, columns, values = [np.zeros(1, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
+        for e, controls in self._read(self.constraints, x):
+            block, v = e.block, e.jacobian(controls)
+            first, stride = self.program.place(block.variable)
+            channel = first + np.arange(stride)[block.channels]
+            place = block.local.columns[..., None] * stride + channel
+            # Where the conditions are linear, what is zero stays zero.
+            kept = v != 0 if self.program.linear else np.ones(v.shape, dtype=bool)
+            counts.append(kept.reshape(v.shape[0] * v.shape[1], -1).sum(axis=1))
+            columns.append(np.broadcast_to(place[:, None], v.shape)[kept])
+            values.append(v[kept])
+        data, indices, pointers = (np.concatenate(part) for part in (values, columns, counts))
         shape = (self.program.conditions, self.program.unknowns)
-        if not rows:
-            return sparse.csr_array(shape)
-        flat = [np.concatenate([a.ravel() for a in part]) for part in (rows, columns, values)]
-        result = sparse.csr_array((flat[2], (flat[0], flat[1])), shape=shape)
+        result = sparse.csr_array((data, indices, np.cumsum(pointers)), shape=shape)
         result.sum_duplicates()
         if self.program.linear:
-            result.eliminate_zeros()
             structure["jacobian"] = result
         self.seconds += perf_counter() - began
         return result
@@ -167,24 +162,19 @@ class Evaluator:
         """
         self.counts["hessian"] += 1
         began = perf_counter()
-        flat, slopes = np.zeros(pattern.size + 1), np.zeros_like(x)
+        flat, slopes = np.zeros(pattern.size), np.zeros_like(x)
         arrays = self.program.arrays(slopes)
         curved = [e for e in self.constraints if not e.block.kernel.linear]
         parts = self.program.split(multipliers) if multipliers is not None else {}
-        evaluators = self.terms + curved
-        for k, (e, z) in enumerate(zip(evaluators, self._rows(evaluators, x), strict=True)):
+        for k, (e, controls) in enumerate(self._read(self.terms + curved, x)):
+            where = pattern.tables[k], pattern.targets[k], flat
             if k < len(self.terms):
-                gradient, blocks = e.second_order(z, pattern.tables[k], theta)
+                gradient = e.second_order(controls, *where, theta, factor=factor)
                 arrays[e.block.variable][:, e.block.channels] += gradient
-                blocks = blocks if factor == 1.0 else factor * blocks
             else:
-                _, blocks = e.second_order(z, pattern.tables[k], 1.0, parts.get(e.block.name))
-            if k:
-                flat[pattern.targets[k]] += blocks.ravel()
-            else:  # nothing is there yet, and writing takes a third of the time of adding
-                flat[pattern.targets[k]] = blocks.ravel()
+                e.second_order(controls, *where, 1.0, parts.get(e.block.name))
         self.seconds += perf_counter() - began
-        return slopes, flat[:-1]
+        return slopes, flat
 
     def stiffen(
         self,
@@ -202,11 +192,10 @@ class Evaluator:
         self.counts["hessian"] += 1
         began = perf_counter()
         weights = self.program.split(multipliers), self.program.split(stiffness)
-        rows = self._rows(self.constraints, x)
-        for e, z, table, target in zip(self.constraints, rows, pattern.tables, pattern.targets, strict=True):
+        read = self._read(self.constraints, x)
+        for (e, controls), table, target in zip(read, pattern.tables, pattern.targets, strict=True):
             mu, sigma = (part[e.block.name] for part in weights)
-            blocks, inside = e.second_order(z, table, theta, mu, sigma)[1].ravel(), target < pattern.size
-            matrix[target[inside]] += blocks[inside]
+            e.second_order(controls, table, target, matrix, theta, mu, sigma)
         self.seconds += perf_counter() - began
         return matrix
 
@@ -214,9 +203,8 @@ class Evaluator:
         """(conditions,) J d, the derivative of g along a direction (unknowns,); J is not formed."""
         self.counts["slope"] += 1
         began = perf_counter()
-        steps = self._rows(self.constraints, direction)
-        pairs = zip(self.constraints, self._rows(self.constraints, x), steps, strict=True)
-        parts = [e.along(z, dz).ravel() for e, z, dz in pairs]
+        pairs = zip(self._read(self.constraints, x), self._read(self.constraints, direction), strict=True)
+        parts = [e.along(controls, change).ravel() for (e, controls), (_, change) in pairs]
         self.seconds += perf_counter() - began
         return np.concatenate([*parts, np.empty(0)])
 
@@ -226,8 +214,8 @@ class Evaluator:
         began = perf_counter()
         total = np.zeros_like(x)
         arrays, parts = self.program.arrays(total), self.program.split(multipliers)
-        for e, z in zip(self.constraints, self._rows(self.constraints, x), strict=True):
-            arrays[e.block.variable][:, e.block.channels] += e.gradient(z, parts[e.block.name])
+        for e, controls in self._read(self.constraints, x):
+            arrays[e.block.variable][:, e.block.channels] += e.gradient(controls, parts[e.block.name])
         self.seconds += perf_counter() - began
         return total
 
@@ -237,9 +225,7 @@ class Evaluator:
         if not all(e.block.kernel.quartic for e in self.terms):
             return None
         began = perf_counter()
-        steps = self._rows(self.terms, direction)
-        total = sum(
-            (e.line(z, dz) for e, z, dz in zip(self.terms, self._rows(self.terms, x), steps, strict=True)), np.zeros(5)
-        )
+        pairs = zip(self._read(self.terms, x), self._read(self.terms, direction), strict=True)
+        total = sum((e.line(controls, change) for (e, controls), (_, change) in pairs), np.zeros(5))
         self.seconds += perf_counter() - began
         return total

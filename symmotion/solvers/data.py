@@ -165,7 +165,7 @@ class Data:
         lines = _blocks(mixed * block.weights[:, None, None])
         begin, stride = program.place(block.variable)
         channel = np.arange(stride)[block.channels]
-        spread = sparse.csr_array(sparse.kron(block.transposed, sparse.eye_array(len(channel)), format="csr"))
+        spread = sparse.csr_array(sparse.kron(block.operator.T, sparse.eye_array(len(channel)), format="csr"))
         local = sparse.coo_array(spread @ lines)
         control, offset = np.divmod(local.coords[0], len(channel))
         rows, values, places = [begin + control * stride + channel[offset]], [local.data], [local.coords[1]]
@@ -224,9 +224,9 @@ class Data:
         for k, block in enumerate(program.terms):
             gradient = np.zeros(program.unknowns + program.conditions)
             arrays = program.arrays(gradient[: program.unknowns])
-            z = block.rows(program.arrays(self.x)[block.variable])
-            arrays[block.variable][:, block.channels] += evaluator.terms[k].gradient(z)
-            value = np.array([evaluator.terms[k].value(z)])
+            controls = program.arrays(self.x)[block.variable]
+            arrays[block.variable][:, block.channels] += evaluator.terms[k].gradient(controls)
+            value = np.array([evaluator.terms[k].value(controls)])
             name = f"weight of {block.name}"
             yield Datum(name, (), False, sparse.csr_array(gradient[:, None]), value, np.zeros(1, dtype=bool))
 

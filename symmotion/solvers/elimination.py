@@ -10,6 +10,7 @@ from scipy.linalg import LinAlgError, solve_banded
 from symmotion.checks import choice, positive
 from symmotion.errors import InputError
 from symmotion.program import DesignT, Evaluator, Program
+from symmotion.program.block import EPS
 from symmotion.solvers.descent import Enough
 from symmotion.solvers.journal import Callback, Failure, Journal
 from symmotion.solvers.options import require_limits
@@ -146,4 +147,9 @@ def _solve_symmetric(lower: np.ndarray, rhs: np.ndarray) -> np.ndarray:
     full[band:] = lower
     for k in range(1, min(band, n - 1) + 1):
         full[band - k, k:] = lower[k, : n - k]
-    return solve_banded((band, band), full, rhs)
+    try:
+        return solve_banded((band, band), full, rhs)
+    except LinAlgError:
+        # Symmetry can make a matrix singular whose right-hand side it reaches: whether rounding hides it is luck.
+        full[band] += EPS * np.abs(full[band]).max()
+        return solve_banded((band, band), full, rhs)

@@ -8,8 +8,8 @@ from scipy import sparse
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from symmotion import interrupts
-from symmotion.program.block import LocalTables
 from symmotion.program.evaluate import Pattern
+from symmotion.program.local import LocalTables, Targets
 from symmotion.program.program import Program
 from symmotion.systems.curvature import Curvature, banded_curvature
 
@@ -96,10 +96,9 @@ class Condensed:
         for b, t in zip(self.program.terms, tables, strict=True):
             channel = np.arange(self.channels)[b.channels]
             # The lower triangle by columns, LAPACK's band storage; a block (a ≤ b) is stored transposed.
-            column = t.blocks[0][:, None, None] * self.channels + channel[:, None]
-            row = t.blocks[1][:, None, None] * self.channels + channel
-            place = row - column + column * (self.band + 1)
-            targets.append(np.where(row >= column, place, size).ravel())
+            column = t.blocks[0][:, None] * self.channels + channel
+            row = t.blocks[1][:, None] * self.channels + channel[0]
+            targets.append(Targets(size, t.own, row + column * self.band))
         self.pattern = Pattern(tuple(tables), tuple(targets), size)
 
     def feasible(self, x: np.ndarray, violation: np.ndarray) -> np.ndarray:

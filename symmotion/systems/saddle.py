@@ -16,6 +16,7 @@ from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.forking import CASADI
 from symmotion.program.evaluate import Evaluator, Pattern
+from symmotion.program.local import Targets
 from symmotion.program.program import Program
 from symmotion.systems.complaints import overheard
 from symmotion.systems.condensed import lowest_curvature
@@ -98,9 +99,12 @@ class HessianTriangle:
             keys, places = np.unique(np.concatenate([*entries, unread, [n * n]]), return_inverse=True)
             targets = np.split(places, np.cumsum([len(e) for e in entries]))[:-1]
         size = int(np.searchsorted(keys, n * n))
-        targets = [np.minimum(t, size) for t in targets]
         columns, rows = np.divmod(keys[:size], n)
-        return HessianTriangle(rows, columns, Pattern(tuple(b.local for b in blocks), tuple(targets), size))
+        goals = []
+        for b, t in zip(blocks, targets, strict=True):
+            c = b.kernel.channels
+            goals.append(Targets.of(np.minimum(t, size).reshape(-1, c, c), b.local.own, size))
+        return HessianTriangle(rows, columns, Pattern(tuple(b.local for b in blocks), tuple(goals), size))
 
     def sparsity(self, n: int) -> ca.Sparsity:
         """The triangle as a CasADi sparsity (n, n)."""

@@ -474,4 +474,4 @@ def test_the_study_finds_the_same_bits_in_every_way():
     values = {run.objective for run in result.runs if run.case.startswith("20 keyframes")}
     assert len(values) == 1 and values.pop() == pytest.approx(0.01012, rel=1e-5)  # as IPOPT
     (instructions,) = {row[1] for row in result.tables[1].rows if row[0] == "R"}
-    assert instructions == 988
+    assert instructions == 916

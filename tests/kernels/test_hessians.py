@@ -9,16 +9,34 @@ import pytest
 import symmotion as sm
 from symmotion.kernels import Kernel
 from symmotion.kernels.hessians import LONG
+from symmotion.kernels.packing import packed, unpacked
 
 KEYS = sm.examples.random_keyframes(4, 40, 0)
 POSE = sm.pose_program(KEYS, objective=sm.Torque([1.0, 2.0, 2.5]) + sm.TrajectoryEnergy([[0.3, 0.1, 0.0]]))
 RNG = np.random.default_rng(0)
 
 
-def blocks(matrix, channels):
-    """A Hessian in the order of the kernel's, see `derive`."""
-    rows = len(matrix) // channels
-    return matrix.reshape(rows, channels, rows, channels).transpose(0, 2, 1, 3).ravel()
+def whole(kernel, values):
+    """A packed Hessian as a matrix, read as the docstring of `packing` puts it."""
+    rows, channels = kernel.rows, kernel.channels
+    found, values = np.full((rows, channels, rows, channels), np.nan), iter(np.asarray(values).ravel())
+    pairs = [(a, b) for a in range(rows) for b in range(a, rows)]
+    symmetric = {}
+    for a, b in pairs:
+        part = symmetric[a, b] = np.empty((channels, channels))
+        for i in range(channels):
+            for j in range(i, channels):
+                part[i, j] = part[j, i] = next(values)
+    for a, b in pairs:
+        skew = np.zeros((channels, channels))
+        for i in range(channels) if a != b else ():
+            for j in range(i + 1, channels):
+                skew[i, j] = next(values)
+                skew[j, i] = -skew[i, j]
+        block = symmetric[a, b] if a == b else (symmetric[a, b] + skew) / 2
+        found[a, :, b], found[b, :, a] = block, block.T
+    assert next(values, None) is None
+    return found.reshape(rows * channels, -1)
 
 
 def numbers(kernel, z):
@@ -38,7 +56,7 @@ def written(kernel, kind, z, data, mu, theta, sigma):
         straight = slopes.T @ ca.diag(ca.DM(sigma)) @ slopes
     hessian = straight + (theta if kernel.squares or kind == "barrier" else 1.0) * bent
     both = ca.Function("f", [kernel.z, kernel.data], [ca.densify(hessian), slopes.T @ weights])(z, data)
-    return blocks(np.asarray(both[0]), kernel.channels), np.asarray(both[1]).ravel()
+    return np.asarray(both[0]), np.asarray(both[1]).ravel()
 
 
 def through(squares):
@@ -61,9 +79,19 @@ def test_long_hessians_are_those_of_casadi(kernel, kind):
     function = kernel.function(kind)
     assert function.n_instructions() > LONG
     given = numbers(kernel, POSE.x0[: kernel.z.numel()] + 0.01 * RNG.normal(size=kernel.z.numel()))
-    found = [np.asarray(part).ravel() for part in function(*given[: function.n_in()])]
+    packed, gradient = function(*given[: function.n_in()])
+    found = whole(kernel, packed), np.asarray(gradient).ravel()
     for part, right in zip(found, written(kernel, kind, *given), strict=True):
         np.testing.assert_allclose(part, right, atol=1e-13 * np.abs(right).max())
+
+
+@pytest.mark.parametrize(("rows", "channels"), [(1, 3), (3, 1), (3, 4)])
+def test_what_was_packed_is_unpacked(rows, channels):
+    size = rows * channels
+    matrix = RNG.normal(size=(size, size))
+    matrix += matrix.T
+    found = unpacked(np.asarray(ca.DM(packed(ca.SX(ca.DM(matrix)), channels))).T, rows, channels)[0]
+    np.testing.assert_allclose(found.swapaxes(1, 2).reshape(size, size), matrix, atol=1e-15)
 
 
 @pytest.mark.parametrize(("kind", "squares"), [("hessian", True), ("hessian", False), ("barrier", False)])
@@ -71,7 +99,8 @@ def test_hessians_through_few_numbers_are_those_of_casadi(kind, squares):
     kernel = through(squares)
     given = numbers(kernel, RNG.normal(size=4))
     function = kernel.function(kind)
-    found = [np.asarray(part).ravel() for part in function(*given[: function.n_in()])]
+    packed, gradient = function(*given[: function.n_in()])
+    found = whole(kernel, packed), np.asarray(gradient).ravel()
     for part, right in zip(found, written(kernel, kind, *given), strict=True):
         np.testing.assert_allclose(part, right, atol=1e-13 * np.abs(right).max())
 

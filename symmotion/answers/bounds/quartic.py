@@ -175,13 +175,13 @@ def _read(program: Program, block: Block, columns: sparse.csr_array) -> sparse.c
 def _taylor(block: Block, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of a kernel at z (N, Z): values (N, C), slopes (N, C, Z) and second derivatives (N, C, Z, Z), which are exact."""
     evaluator, width = BlockEvaluator(block, "interpreted"), z.shape[1]
-    slopes = evaluator.prepare("jacobian")
+    slopes, values = evaluator.prepare("jacobian"), evaluator.prepare("out")
     size = block.kernel.out.numel()
 
     def slope(there: np.ndarray) -> np.ndarray:
         return np.array(slopes(there, block.data, None)).reshape(len(z), size, width)
 
-    value, here = np.array(evaluator.out(z)).reshape(len(z), size), slope(z)
+    value, here = np.array(values(z, block.data, None)).reshape(len(z), size), slope(z)
     origin = slope(np.zeros_like(z))
     # Residuals are quadratic: their slopes differ by second derivatives, whatever the step.
     bend = np.stack([slope(np.broadcast_to(e, z.shape).copy()) - origin for e in np.eye(width)], axis=3)
