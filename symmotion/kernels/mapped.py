@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,8 @@ from symmotion.kernels.arrays import ArrayFunction, Arrays
 from symmotion.kernels.compiled import LARGEST, Machine, has_compiler, load
 from symmotion.kernels.kernel import Kernel
 
+# A function in one of the forms in which it is carried out.
+Carried: TypeAlias = Machine | ArrayFunction | ca.Function
 Kernels = Literal["auto", "compiled", "interpreted"]
 CHUNK = 131072  # numbers that a chunk reads and writes: 1 MB
 COMPILE_FROM = 20_000  # nodes of R from which a solve or two repay the compiler: study `kernels`
@@ -27,7 +29,7 @@ ARRAYS_FROM = 500  # nodes from which NumPy carries out a function faster than C
 THREADS_FROM = 16  # chunks from which a second thread pays
 
 
-def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> Machine | ArrayFunction | ca.Function:
+def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> Carried:
     """One of the functions of `derive` for `count` nodes: compiled where that is wanted or free, else interpreted.
 
     kernels: "compiled" compiles what the cache lacks, "interpreted" leaves it to CasADi alone,
@@ -97,7 +99,8 @@ class Mapped:
     """A kernel function over many nodes, in chunks. One per thread that calls it.
 
     count: nodes in all; multiple: nodes that must stay in one chunk; threads: at most so many
-    work on it at once. elements: the function's pass over elements, where it has one. Every node's numbers are the same whatever the chunks and threads.
+    work on it at once. elements: the function's pass over elements, where it has one. Every node's numbers are the
+    same whatever the chunks and threads.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
@@ -178,7 +181,7 @@ def _pool(threads: int, process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="symmotion")
 
 
-def _worker(function: Machine | ArrayFunction | ca.Function, size: int) -> "_Compiled | Arrays | _Interpreted":
+def _worker(function: Carried, size: int) -> "_Compiled | Arrays | _Interpreted":
     """One thread's memory for a function at so many nodes."""
     if isinstance(function, Machine):
         return _Compiled(function, size)

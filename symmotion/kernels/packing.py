@@ -77,7 +77,7 @@ def packed(hessian: ca.SX, channels: int) -> ca.SX:
 def unpacked(values: np.ndarray, rows: int, channels: int) -> np.ndarray:
     """(N, rows, rows, channels, channels) the blocks H_ab of packed matrices (N, …)."""
     p = Packing.of(rows, channels)
-    (i, j), (k, l) = p.upper, p.above
+    (i, j), (k, m) = p.upper, p.above
     found = np.empty((len(values), rows, rows, channels, channels))
     symmetric = values[:, : p.split].reshape(len(values), *p.symmetric)
     skew = values[:, p.split :].reshape(len(values), *p.skew)
@@ -86,8 +86,8 @@ def unpacked(values: np.ndarray, rows: int, channels: int) -> np.ndarray:
         block[:, i, j] = block[:, j, i] = symmetric[:, s]
         if a != b:
             part = skew[:, np.searchsorted(p.crossed, s)]
-            block[:, k, l] += part
-            block[:, l, k] -= part
+            block[:, k, m] += part
+            block[:, m, k] -= part
             block *= 0.5
         found[:, a, b], found[:, b, a] = block, block.swapaxes(1, 2)
     return found

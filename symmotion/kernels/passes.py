@@ -21,7 +21,7 @@ KINDS = {
 }
 DIRECTED = ("line", "along")  # whose mu is a direction, read as z is
 
-PAIRS, ENTRIES = 3, 4  # of a product in registers
+PAIRS, ENTRIES = 3, 8  # of a product in registers
 
 
 class Pass(ctypes.Structure):
@@ -57,8 +57,8 @@ class Shape:
 def pass_source(shape: Shape, inputs: list[int], outputs: list[int], sizes: list[int], zeros: AbstractSet[int]) -> str:
     """The C text of the pass of a function whose C is `nodes`, see `c_source`; empty where it has none.
 
-    inputs: the sizes of what it reads, zero where it does not; sizes: of its inputs as they are; zeros: which numbers of
-    its first output are zero whatever it reads.
+    inputs: the sizes of what it reads, zero where it does not; sizes: of its inputs as they are; zeros: which numbers
+    of its first output are zero whatever it reads.
     """
     if shape.role is None or sizes[0] == 0:
         return ""
@@ -90,7 +90,8 @@ def _entries(packing: Packing, zeros: AbstractSet[int]) -> str:
     symmetric = [
         e for e in range(size) if places[e] in bent or any(s * size + e not in zeros for s in range(parts))
     ] or [0]
-    text = f"#define PARTS {parts}\n#define SIZE {size}\n#define SKEWS {skews}\n#define ABOVE {above}\n"
+    text = f"#define PAIRS {PAIRS}\n#define ENTRIES {ENTRIES}\n"
+    text += f"#define PARTS {parts}\n#define SIZE {size}\n#define SKEWS {skews}\n#define ABOVE {above}\n"
     for name, entries, where in (("S", symmetric, packing.upper), ("A", skew, packing.above)):
         count = -(-len(entries) // ENTRIES) * ENTRIES
         # What fills up the last product is computed twice.
@@ -98,6 +99,8 @@ def _entries(packing: Packing, zeros: AbstractSet[int]) -> str:
         text += f"#define {name}_COUNT {len(entries)}\n#define {name}_FILLED {count}\n"
         for letter, values in (("E", filled), ("I", where[0][entries].tolist()), ("J", where[1][entries].tolist())):
             text += f"static const short {name}{letter}[] = {{{', '.join(map(str, values)) or '0'}}};\n"
+    twins = [symmetric.index(places.index((int(packing.above[0, e]), int(packing.above[1, e])))) for e in skew]
+    text += f"static const short AS[] = {{{', '.join(map(str, twins)) or '0'}}};\n"
     text += "".join(
         f"static const short P{letter}[] = {{{', '.join(map(str, values.tolist()))}}};\n"
         for letter, values in zip("AB", packing.pairs, strict=True)
@@ -188,63 +191,67 @@ static inline void spread(const V *from, long long count, double *to, long long 
 }
 
 #if MATRIX
-/* Weights of the parts for every pair of columns, (Q · PARTS, pairs) and (Q · SKEWS, pairs); missing pairs weigh 0. */
-static inline void weigh(const Pass *p, const V *c, const V *w, long long pairs, V *symmetric, V *skew) {
+/* Weights of the parts, (Q · PARTS, pairs) of every pair of columns and (Q · SKEWS, unlike) of those of two columns;
+   missing pairs weigh 0. */
+static inline void weigh(const Pass *p, const V *c, const V *w, long long pairs, long long unlike, V *symmetric,
+                         V *skew) {
   const long long n = p->reduced;
-  for (long long q = 0; q < p->nodes; q++, c += ROWS * n) {
-    for (int s = 0; s < PARTS; s++) {
-      const V *a = c + PA[s] * n, *b = c + PB[s] * n;
-      long long pair = 0;
-      for (long long u = 0; u < n; u++) for (long long v = u; v < n; v++, pair++) {
-        V one = w[q] * a[u] * b[v];
-        if (a == b) { symmetric[pair] = one; continue; }
-        V other = w[q] * b[u] * a[v];
-        symmetric[pair] = all(0.5) * (one + other);
-        skew[pair] = all(0.5) * (one - other);
-      }
-      for (; pair < pairs; pair++) { symmetric[pair] = all(0.0); if (a != b) skew[pair] = all(0.0); }
-      symmetric += pairs;
-      if (a != b) skew += pairs;
+  for (long long q = 0; q < p->nodes; q++, c += ROWS * n) for (int s = 0; s < PARTS; s++) {
+    const V *a = c + PA[s] * n, *b = c + PB[s] * n;
+    long long pair = 0, other_pair = 0;
+    for (long long u = 0; u < n; u++) for (long long v = u; v < n; v++, pair++) {
+      const V one = w[q] * a[u] * b[v];
+      if (a == b) { symmetric[pair] = one; continue; }
+      const V other = w[q] * b[u] * a[v];
+      symmetric[pair] = all(0.5) * (one + other);
+      if (u != v) skew[other_pair++] = all(0.5) * (one - other);
     }
+    for (; pair < pairs; pair++) symmetric[pair] = all(0.0);
+    symmetric += pairs;
+    if (a == b) continue;
+    for (; other_pair < unlike; other_pair++) skew[other_pair] = all(0.0);
+    skew += unlike;
   }
 }
 
 /* Sums over nodes and parts of weights times entries: (pairs, count). */
 static inline void products(const Pass *p, const V *w, long long pairs, int parts, int begin, int size, const V *h,
                             const short *entry, int count, V *to) {
-  for (long long first = 0; first < pairs; first += 3) for (int e = 0; e < count; e += 4) {
-    V sum[3][4];
-    EVERY for (int i = 0; i < 3; i++) EVERY for (int j = 0; j < 4; j++) sum[i][j] = all(0.0);
+  for (long long first = 0; first < pairs; first += PAIRS) for (int e = 0; e < count; e += ENTRIES) {
+    V sum[PAIRS][ENTRIES];
+    EVERY for (int i = 0; i < PAIRS; i++) EVERY for (int j = 0; j < ENTRIES; j++) sum[i][j] = all(0.0);
     const V *weight = w + first;
     for (long long q = 0; q < p->nodes; q++) {
       const V *part = h + q * OUT + begin;
-      for (int s = 0; s < parts; s++, part += size, weight += pairs) {
-        V value[4];
-        EVERY for (int j = 0; j < 4; j++) value[j] = part[entry[e + j]];
-        EVERY for (int i = 0; i < 3; i++) EVERY for (int j = 0; j < 4; j++) sum[i][j] = sum[i][j] + weight[i] * value[j];
+      for (int s = 0; s < parts; s++, part += size, weight += pairs) EVERY for (int j = 0; j < ENTRIES; j++) {
+        const V value = part[entry[e + j]];
+        EVERY for (int i = 0; i < PAIRS; i++) sum[i][j] = sum[i][j] + weight[i] * value;
       }
     }
-    EVERY for (int i = 0; i < 3; i++) EVERY for (int j = 0; j < 4; j++) to[(first + i) * count + e + j] = sum[i][j];
+    EVERY for (int i = 0; i < PAIRS; i++) EVERY for (int j = 0; j < ENTRIES; j++)
+      to[(first + i) * count + e + j] = sum[i][j];
   }
 }
 
 #define BLOCK (CHANNELS * CHANNELS)
 
 /* Both sums of every pair as a block, row by row, or column by column with `mirrored`. */
-static inline void blocks(const Pass *p, long long pairs, const V *symmetric, const V *skew, V *to) {
+static inline void blocks(const Pass *p, const V *symmetric, const V *skew, V *to) {
   const V factor = all(p->factor);
   const int row = p->mirrored ? 1 : CHANNELS, column = p->mirrored ? CHANNELS : 1;
-  for (long long pair = 0; pair < pairs; pair++, to += BLOCK, symmetric += S_FILLED, skew += A_FILLED) {
-    V both[BLOCK];
+  for (long long u = 0; u < p->reduced; u++) for (long long v = u; v < p->reduced; v++) {
     for (int e = 0; e < S_COUNT; e++)
       to[SI[e] * row + SJ[e] * column] = to[SJ[e] * row + SI[e] * column] = factor * symmetric[e];
-    if (!A_COUNT) continue;
-    for (int e = 0; e < S_COUNT; e++) both[SI[e] * CHANNELS + SJ[e]] = symmetric[e];
-    for (int e = 0; e < A_COUNT; e++) {
-      const V sum = both[AI[e] * CHANNELS + AJ[e]];
-      to[AI[e] * row + AJ[e] * column] = factor * (sum + skew[e]);
-      to[AJ[e] * row + AI[e] * column] = factor * (sum - skew[e]);
+    if (u != v) {
+      for (int e = 0; e < A_COUNT; e++) {
+        const V sum = symmetric[AS[e]];
+        to[AI[e] * row + AJ[e] * column] = factor * (sum + skew[e]);
+        to[AJ[e] * row + AI[e] * column] = factor * (sum - skew[e]);
+      }
+      skew += A_FILLED;
     }
+    to += BLOCK;
+    symmetric += S_FILLED;
   }
 }
 
@@ -292,14 +299,15 @@ long long pass(const Pass *p) {
   TAKE(apart, wide);
 #endif
 #if MATRIX
-  const long long n = p->reduced, pairs = n * (n + 1) / 2, filled = FILLED(pairs, 3);
+  const long long n = p->reduced, pairs = n * (n + 1) / 2, filled = FILLED(pairs, PAIRS);
+  const long long unlike = FILLED(n * (n - 1) / 2, PAIRS);
   const long long all_blocks = FILLED(pairs * BLOCK, LANES);
   TAKE(g, Q * ROWS * CHANNELS);
   TAKE(basis, Q * ROWS * n);
   TAKE(symmetric, Q * PARTS * filled);
-  TAKE(skew, Q * SKEWS * filled);
+  TAKE(skew, Q * SKEWS * unlike);
   TAKE(straight, filled * S_FILLED);
-  TAKE(crossed, filled * A_FILLED);
+  TAKE(crossed, unlike * A_FILLED);
   TAKE(block, all_blocks);
   TAKE(spread_blocks, all_blocks);
 #elif SLOPES
@@ -358,10 +366,10 @@ long long pass(const Pass *p) {
 #endif
 #if MATRIX
     load(p->basis, e, Q * ROWS * n, basis);
-    weigh(p, basis, w, filled, symmetric, skew);
+    weigh(p, basis, w, filled, unlike, symmetric, skew);
     products(p, symmetric, filled, PARTS, 0, SIZE, h, SE, S_FILLED, straight);
-    products(p, skew, filled, SKEWS, PARTS * SIZE, ABOVE, h, AE, A_FILLED, crossed);
-    blocks(p, pairs, straight, crossed, block);
+    products(p, skew, unlike, SKEWS, PARTS * SIZE, ABOVE, h, AE, A_FILLED, crossed);
+    blocks(p, straight, crossed, block);
     spread(block, all_blocks, (double *)spread_blocks, all_blocks);
     for (int l = 0; l < live; l++) add(p, e[l], (double *)spread_blocks + l * all_blocks);
 #endif

@@ -41,11 +41,19 @@ class LocalTables:
         """The tables of a block for its operator, or for its operator times a null-space basis."""
         columns, coefficients = _dense(block, operator)
         pairs = np.stack(np.triu_indices(columns.shape[1]))
-        ends = columns[:, pairs]
-        keys, places = np.unique(ends[:, 0].astype(np.int64) * operator.shape[1] + ends[:, 1], return_inverse=True)
-        weights = block.weights.reshape(coefficients.shape[:2])
-        blocks = np.stack(np.divmod(keys, operator.shape[1]))
-        places = places.reshape(ends[:, 0].shape)
+        first, second = columns[:, pairs[0]], columns[:, pairs[1]]
+        reach = int((second - first).max(initial=0)) + 1
+        keys = first * reach + (second - first)
+        if operator.shape[1] * reach <= FAR * keys.size:
+            # Few numbers lie between, and need no sorting.
+            known = np.zeros(operator.shape[1] * reach, dtype=bool)
+            known[keys] = True
+            places, keys = (np.cumsum(known) - 1)[keys], np.flatnonzero(known)
+        else:
+            keys, places = np.unique(keys, return_inverse=True)
+        blocks = np.stack(np.divmod(keys, reach))
+        blocks[1] += blocks[0]
+        weights, places = block.weights.reshape(coefficients.shape[:2]), places.reshape(first.shape)
         return LocalTables(operator.shape[1], columns, coefficients, weights, pairs, blocks, places)
 
     @cached_property
@@ -59,7 +67,7 @@ class LocalTables:
         (a, b), (u, v), w = packing.pairs, self.pairs, self.weights.T[:, None, None]
         one, other = (w * c[:, x][:, :, y] * c[:, z][:, :, t] for x, y, z, t in ((a, u, b, v), (b, u, a, v)))
         crossed = packing.crossed
-        skew = 0.5 * (one[:, crossed] - other[:, crossed])
+        skew = np.where((u == v)[:, None], 0.0, 0.5 * (one[:, crossed] - other[:, crossed]))
         one[:, crossed] = 0.5 * (one[:, crossed] + other[:, crossed])
         return one, skew
 
@@ -91,10 +99,10 @@ class LocalTables:
 def _dense(block: "Block", operator: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
     """The columns (E, K) of an operator that each element reads, and the coefficients (E, Q, rows, K) there."""
     e, q, r = block.elements, block.nodes, block.kernel.rows
-    counts, columns = np.diff(operator.indptr), operator.indices.astype(np.int64)
+    counts, columns = np.diff(operator.indptr), operator.indices
     begins = operator.indptr[: -1 : q * r]
     whole = np.diff(operator.indptr[:: q * r])
-    owner = np.repeat(np.arange(e), whole)
+    owner = np.repeat(np.arange(e, dtype=columns.dtype), whole)
     if whole.all():
         first, last = np.minimum.reduceat(columns, begins), np.maximum.reduceat(columns, begins)
         reach = int((last - first).max()) + 1
@@ -105,14 +113,16 @@ def _dense(block: "Block", operator: sparse.csr_array) -> tuple[np.ndarray, np.n
     if 0 < reach <= FAR * int(counts.max()):
         rank = columns - np.repeat(first, whole)
         read = np.zeros(e * reach, dtype=bool)
-        read[owner * reach + rank] = True
+        read[owner * np.int64(reach) + rank] = True
         if np.array_equal(read.reshape(e, reach).sum(axis=1), last - first + 1):
             # Neighbours, as of splines: nothing to sort.
-            found = np.minimum(first[:, None] + np.arange(reach), last[:, None])
+            found = np.minimum(first[:, None].astype(np.int64) + np.arange(reach), last[:, None])
     if found is None or rank is None:
         found, rank = _sorted(owner, columns, e, operator.shape[1])
     coefficients = np.zeros((e * q * r, found.shape[1]))
-    coefficients.ravel()[np.repeat(np.arange(e * q * r) * found.shape[1], counts) + rank] = operator.data
+    place = np.repeat(np.arange(0, e * q * r * found.shape[1], found.shape[1]), counts)
+    place += rank
+    coefficients.ravel()[place] = operator.data
     return found, coefficients.reshape(e, q, r, -1)
 
 

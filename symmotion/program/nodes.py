@@ -172,11 +172,11 @@ class BlockEvaluator:
         shapes = ((self.block.nodes, *size, count) for size in (p.symmetric, p.skew))
         split = [part.reshape(s) for part, s in zip((nodes[:, : p.split], nodes[:, p.split :]), shapes, strict=True)]
         sums = [_summed(w[..., elements], values) for w, values in zip(local.parts, split, strict=True)]
-        (i, j), (k, l) = p.upper, p.above
+        (i, j), (k, m) = p.upper, p.above
         blocks = np.empty((pairs, channels, channels, count))
         blocks[:, i, j] = blocks[:, j, i] = sums[0]
-        blocks[:, k, l] += sums[1]
-        blocks[:, l, k] -= sums[1]
+        blocks[:, k, m] += sums[1]
+        blocks[:, m, k] -= sums[1]
         return blocks.reshape(pairs, channels * channels, count).transpose(2, 0, 1)
 
     def jacobian(self, controls: np.ndarray) -> np.ndarray:
