@@ -9,54 +9,92 @@ The top level has what most programs need; the rest is in groups: `sm.curves`, `
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from symmotion import (
-    answers,
-    batches,
-    bodies,
-    constraints,
-    curves,
-    energies,
-    fairing,
-    files,
-    jets,
-    kernels,
-    motions,
-    program,
-    solvers,
-    splines,
-    sweeps,
-    systems,
-)
-from symmotion.answers import explore, lower_bound
-from symmotion.batches import solve_many
-from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, excess
-from symmotion.design import (
-    affine_program,
-    curve_program,
-    fit_program,
-    free_times_program,
-    join,
-    measure,
-    orientation_program,
-    pose_program,
-)
-from symmotion.energies import JetEnergy, Rigidity, StrainAcceleration, StrainRate, Torque, TrajectoryEnergy
-from symmotion.errors import InputError, SolveError
-from symmotion.fairing import fair
-from symmotion.files import read_keyframes, write_keyframes, write_motion
-from symmotion.loading import load
-from symmotion.motions import Affine, AffineMotion, Keyframes, examples, interpolants, quaternions
 from symmotion.renamed import moved
-from symmotion.smoothing import smooth
-from symmotion.solvers import Elimination, ExactNewton, Ipopt, Solution, compare
-from symmotion.systems import certify
 from symmotion.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from symmotion import report, views
+    from symmotion import (
+        answers,
+        batches,
+        bodies,
+        constraints,
+        curves,
+        energies,
+        fairing,
+        files,
+        jets,
+        kernels,
+        motions,
+        program,
+        report,
+        solvers,
+        splines,
+        sweeps,
+        systems,
+        views,
+    )
+    from symmotion.answers import explore, lower_bound
+    from symmotion.batches import solve_many
+    from symmotion.constraints import JetConstraint, RateBound, SpeedBound, Tolerance, excess
+    from symmotion.design import (
+        affine_program,
+        curve_program,
+        fit_program,
+        free_times_program,
+        join,
+        measure,
+        orientation_program,
+        pose_program,
+    )
+    from symmotion.energies import JetEnergy, Rigidity, StrainAcceleration, StrainRate, Torque, TrajectoryEnergy
+    from symmotion.errors import InputError, SolveError
+    from symmotion.fairing import fair
+    from symmotion.files import read_keyframes, write_keyframes, write_motion
+    from symmotion.loading import load
+    from symmotion.motions import Affine, AffineMotion, Keyframes, examples, interpolants, quaternions
+    from symmotion.smoothing import smooth
+    from symmotion.solvers import Elimination, ExactNewton, Ipopt, Solution, compare
+    from symmotion.systems import certify
 
-# Matplotlib takes long to import, and few programs draw.
-LATE = ("report", "views")
+# All is imported when it is first asked for: the whole takes most of a second, and few programs need the whole.
+GROUPS = (
+    "answers",
+    "batches",
+    "bodies",
+    "constraints",
+    "curves",
+    "energies",
+    "fairing",
+    "files",
+    "jets",
+    "kernels",
+    "motions",
+    "program",
+    "report",
+    "solvers",
+    "splines",
+    "sweeps",
+    "systems",
+    "views",
+)
+PLACES = {
+    "answers": "explore lower_bound",
+    "batches": "solve_many",
+    "constraints": "JetConstraint RateBound SpeedBound Tolerance excess",
+    "design": """
+        affine_program curve_program fit_program free_times_program join measure orientation_program
+        pose_program
+    """,
+    "energies": "JetEnergy Rigidity StrainAcceleration StrainRate Torque TrajectoryEnergy",
+    "errors": "InputError SolveError",
+    "fairing": "fair",
+    "files": "read_keyframes write_keyframes write_motion",
+    "loading": "load",
+    "motions": "Affine AffineMotion Keyframes examples interpolants quaternions",
+    "smoothing": "smooth",
+    "solvers": "Elimination ExactNewton Ipopt Solution compare",
+    "systems": "certify",
+}
 
 # The names that 0.1.0 had at the top level, and where they are.
 MOVED = {
@@ -101,9 +139,13 @@ GONE = {
 
 
 def __getattr__(name: str) -> object:
-    if name in LATE:
+    if name in GROUPS:
         return import_module(f"symmotion.{name}")
-    return moved(__name__, MOVED, GONE)(name)
+    place = next((module for module, names in PLACES.items() if name in names.split()), None)
+    if place is None:
+        return moved(__name__, MOVED, GONE)(name)
+    found = globals()[name] = getattr(import_module(f"symmotion.{place}"), name)
+    return found
 
 
 def __dir__() -> list[str]:

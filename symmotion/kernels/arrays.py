@@ -11,7 +11,6 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from symmotion.forking import CASADI
 from symmotion.kernels.listing import Listing
 
 NODES = 2048  # at once, at most: registers of 16 kB, of which those in use stay in cache
@@ -126,8 +125,7 @@ class Arrays:
 
         def step() -> None:
             given[0][:], given[1][:] = x, y
-            with CASADI:
-                call()
+            call()
             to[:] = found
 
         return step
