@@ -69,6 +69,9 @@ GROUPS = (
     "jets",
     "kernels",
     "motions",
+    "motions.examples",
+    "motions.interpolants",
+    "motions.quaternions",
     "program",
     "report",
     "solvers",
@@ -90,7 +93,7 @@ PLACES = {
     "fairing": "fair",
     "files": "read_keyframes write_keyframes write_motion",
     "loading": "load",
-    "motions": "Affine AffineMotion Keyframes examples interpolants quaternions",
+    "motions": "Affine AffineMotion Keyframes",
     "smoothing": "smooth",
     "solvers": "Elimination ExactNewton Ipopt Solution compare",
     "systems": "certify",
@@ -139,12 +142,15 @@ GONE = {
 
 
 def __getattr__(name: str) -> object:
-    if name in GROUPS:
-        return import_module(f"symmotion.{name}")
+    group = next((g for g in GROUPS if g.rpartition(".")[2] == name), None)
     place = next((module for module, names in PLACES.items() if name in names.split()), None)
-    if place is None:
+    if group is not None:
+        found = import_module(f"symmotion.{group}")
+    elif place is not None:
+        found = getattr(import_module(f"symmotion.{place}"), name)
+    else:
         return moved(__name__, MOVED, GONE)(name)
-    found = globals()[name] = getattr(import_module(f"symmotion.{place}"), name)
+    globals()[name] = found
     return found
 
 

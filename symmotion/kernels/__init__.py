@@ -6,6 +6,7 @@ from symmotion.kernels.mapped import (
     Mapped,
     available_processors,
     default_threads,
+    expect,
     is_compilable,
     kernel_function,
 )
@@ -16,6 +17,7 @@ __all__ = [
     "Mapped",
     "available_processors",
     "default_threads",
+    "expect",
     "is_compilable",
     "kernel_function",
 ]

@@ -22,6 +22,7 @@ from symmotion import interrupts
 from symmotion.errors import plain
 from symmotion.forking import LIBRARIES, ForkedLock
 from symmotion.kernels import hessians, kernel, listing, packing, passes, source
+from symmotion.kernels.beside import Beside
 from symmotion.kernels.cache import CHECKSUM, Unusable, cache_directory, keep, opened, place
 from symmotion.kernels.listing import NODES, Listing, machine_source
 from symmotion.kernels.passes import ElementFunction, Shape
@@ -34,6 +35,8 @@ LARGEST = 13_000  # instructions: compilers take more than proportionally long, 
 MAKERS = (kernel, hessians, packing, source, passes, listing)  # what machine code depends on
 LISTED = ".list"  # what files of lists are called
 _BUILDING = ForkedLock(LOOK, interrupts.step)
+BESIDE = Beside()
+_FAILED: dict[Path, str] = {}  # what compilers beside have said, to be told once
 
 
 class MachineFunction:
@@ -122,32 +125,74 @@ def _opened(code: str, kind: str, channels: int, squares: bool) -> Machine:
         return ListedFunction(_machine(), Listing.from_bytes(handle.read()[:-CHECKSUM]))
 
 
+def begin(code: str, kind: str, channels: int, squares: bool) -> None:
+    """Make beside what goes on what the cache lacks of a function: `load` finds it there afterwards.
+
+    Where there is no compiler, or where it has failed, a warning says so once.
+    """
+    key = code, kind, channels, squares
+    path = _path(*key)
+    if BESIDE.begun(path):
+        if path in _FAILED:
+            _stay_interpreted(_FAILED[path])
+        return
+    found = _text(*key)
+    if found is None:
+        return
+    if not _compiler():
+        return _stay_interpreted(MISSING)
+
+    def job() -> None:
+        try:
+            with _BUILDING:
+                _make(found, *key)
+        except (CompilerError, OSError) as error:
+            _FAILED[path] = _reason(error)
+
+    BESIDE.begin(path, job)
+
+
 @lru_cache(maxsize=512)
 def _built(code: str, kind: str, channels: int, squares: bool) -> Machine | None:
     """Compiled or listed now; a failure is remembered, so that it is neither tried nor said again."""
-    function = kernel.derive(code, kind, channels, squares)
-    long = function.n_instructions() > LARGEST
-    found = Listing.of(function) if long else source.c_source(function, Shape(kind, channels))
+    key = code, kind, channels, squares
+    found = _text(*key)
     if found is None:
         return None
     if not _compiler():
-        return _stay_interpreted("no C compiler was found: install gcc or clang, or name one in $CC")
+        return _stay_interpreted(MISSING)
     try:
-        path = _path(code, kind, channels, squares)
-        if isinstance(found, str):
-            _compile(found, path)
-            return MachineFunction(_linked(path))
-        try:
-            machine = _machine()
-        except OSError:
-            _compile(machine_source(), _machine_path())
-            machine = _machine()
-        keep(found.to_bytes(), path.with_suffix(LISTED))
-        return ListedFunction(machine, found)
-    except CompilerError as error:
-        return _stay_interpreted(str(error))
-    except OSError as error:
-        return _stay_interpreted(f"the cache cannot be used: {error}")
+        _make(found, *key)
+        return _opened(*key)
+    except (CompilerError, OSError) as error:
+        return _stay_interpreted(_reason(error))
+
+
+def _text(code: str, kind: str, channels: int, squares: bool) -> str | Listing | None:
+    """A function as C, or as a list where it is long; None where it has an operation without C form."""
+    function = kernel.derive(code, kind, channels, squares)
+    if function.n_instructions() > LARGEST:
+        return Listing.of(function)
+    return source.c_source(function, Shape(kind, channels))
+
+
+def _make(found: str | Listing, code: str, kind: str, channels: int, squares: bool) -> None:
+    """Bring a function into the cache, and the machine that carries out lists where one needs it."""
+    path = _path(code, kind, channels, squares)
+    if isinstance(found, str):
+        return _compile(found, path)
+    try:
+        _machine()
+    except OSError:
+        _compile(machine_source(), _machine_path())
+    keep(found.to_bytes(), path.with_suffix(LISTED))
+
+
+MISSING = "no C compiler was found: install gcc or clang, or name one in $CC"
+
+
+def _reason(error: Exception) -> str:
+    return str(error) if isinstance(error, CompilerError) else f"the cache cannot be used: {error}"
 
 
 class CompilerError(Exception):
@@ -199,7 +244,7 @@ def _failure(call: Sequence[str], directory: Path) -> str:
                     break
                 except subprocess.TimeoutExpired:
                     LIBRARIES.pause()
-                    if interrupts.pending():
+                    if interrupts.pending() or (BESIDE.over and BESIDE.mine):
                         raise _Interrupted from None
                     if monotonic() > end:
                         return f"it has not ended after {PATIENCE} s"

@@ -13,7 +13,7 @@ import numpy as np
 from symmotion import interrupts
 from symmotion.forking import LIBRARIES
 from symmotion.kernels.arrays import ArrayFunction, Arrays
-from symmotion.kernels.compiled import LARGEST, Machine, has_compiler, load
+from symmotion.kernels.compiled import BESIDE, LARGEST, Machine, begin, has_compiler, load
 from symmotion.kernels.kernel import Kernel
 
 # A function in one of the forms in which it is carried out.
@@ -33,9 +33,9 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     """One of the functions of `derive` for `count` nodes: compiled where that is wanted or free, else interpreted.
 
     kernels: "compiled" compiles what the cache lacks, "interpreted" leaves it to CasADi alone,
-    "auto" takes what is in the cache, and compiles for programs that repay it at once and what many small ones
-    have used so often that the compiler would have been repaid. What is not compiled then is carried out by NumPy at
-    many nodes, see `ArrayFunction`, and by CasADi at few.
+    "auto" takes what is in the cache, and has compiled beside what goes on what a program repays at once, and what many
+    small ones have used so often that the compiler would have been repaid. What is not compiled is carried out by NumPy
+    at many nodes, see `ArrayFunction`, and by CasADi at few.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
@@ -43,16 +43,34 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     if kernels == "interpreted":
         return kernel.function(kind)
     key = kernel.code, kind, kernel.channels, kernel.squares
-    machine = load(*key, build=kernels == "compiled" or count >= COMPILE_FROM)
+    machine = load(*key, build=kernels == "compiled")
     if machine is not None:
         return machine
     # Only here is the function derived: what is in the cache needs none.
     function = kernel.function(kind)
     length = function.n_instructions()
-    listed = length > LARGEST and count * length >= LIST_FROM
-    often = length <= LARGEST and _use(function).nodes >= COMPILE_AFTER and has_compiler()
-    machine = load(*key, build=True) if listed or often else None
-    return machine or (ArrayFunction.of(function) if count >= ARRAYS_FROM else None) or function
+    if length <= LARGEST:
+        repaid = count >= COMPILE_FROM or (_use(function).nodes >= COMPILE_AFTER and has_compiler())
+    else:
+        repaid = count * length >= LIST_FROM
+    if repaid and kernels == "auto":
+        begin(*key)
+    return (ArrayFunction.of(function) if count >= ARRAYS_FROM else None) or function
+
+
+def expect(kernel: Kernel) -> None:
+    """Have the functions of a term compiled beside the next solves: a series of them is to come, which repays it.
+
+    >>> sm.kernels.expect(sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel)
+    """
+    for kind in ("value", "gradient", "hessian", "line"):
+        if kind != "line" or kernel.quartic:
+            _use(kernel.function(kind)).nodes += COMPILE_AFTER
+
+
+def news() -> int:
+    """How many functions have been made beside what goes on: where it has grown, one may be there."""
+    return BESIDE.done
 
 
 @dataclass

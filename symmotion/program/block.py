@@ -94,7 +94,11 @@ class Block:
 
     @cached_property
     def local(self) -> LocalTables:
-        return LocalTables.of(self, self.operator)
+        return self.tables(self.operator)
+
+    def tables(self, operator: sparse.csr_array) -> LocalTables:
+        """The tables of its operator, or of its operator times a null-space basis."""
+        return LocalTables.of(operator, self.weights.reshape(self.elements, self.nodes), self.kernel.rows)
 
     def rows(self, controls: np.ndarray) -> np.ndarray:
         """(E · Q, rows · channels) what each node reads from the controls (n, all channels)."""

@@ -2,17 +2,12 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
 
 from symmotion.brief import in_a_line
 from symmotion.kernels.packing import Packing
-
-if TYPE_CHECKING:
-    from symmotion.program.block import Block
-
 
 FAR = 4  # times the columns of a row that an element's lie apart before they are sorted
 
@@ -37,9 +32,10 @@ class LocalTables:
     __repr__ = in_a_line
 
     @staticmethod
-    def of(block: "Block", operator: sparse.csr_array) -> "LocalTables":
-        """The tables of a block for its operator, or for its operator times a null-space basis."""
-        columns, coefficients = _dense(block, operator)
+    def of(operator: sparse.csr_array, weights: np.ndarray, rows: int) -> "LocalTables":
+        """The tables of an operator (E · Q · rows, width) for nodes of these weights (E, Q)."""
+        elements, nodes = weights.shape
+        columns, coefficients = _dense(operator, elements, nodes, rows)
         pairs = np.stack(np.triu_indices(columns.shape[1]))
         first, second = columns[:, pairs[0]], columns[:, pairs[1]]
         reach = int((second - first).max(initial=0)) + 1
@@ -53,7 +49,7 @@ class LocalTables:
             keys, places = np.unique(keys, return_inverse=True)
         blocks = np.stack(np.divmod(keys, reach))
         blocks[1] += blocks[0]
-        weights, places = block.weights.reshape(coefficients.shape[:2]), places.reshape(first.shape)
+        places = places.reshape(first.shape)
         return LocalTables(operator.shape[1], columns, coefficients, weights, pairs, blocks, places)
 
     @cached_property
@@ -96,9 +92,8 @@ class LocalTables:
         return self.blocks[0] == self.blocks[1]
 
 
-def _dense(block: "Block", operator: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
+def _dense(operator: sparse.csr_array, e: int, q: int, r: int) -> tuple[np.ndarray, np.ndarray]:
     """The columns (E, K) of an operator that each element reads, and the coefficients (E, Q, rows, K) there."""
-    e, q, r = block.elements, block.nodes, block.kernel.rows
     counts, columns = np.diff(operator.indptr), operator.indices
     begins = operator.indptr[: -1 : q * r]
     whole = np.diff(operator.indptr[:: q * r])

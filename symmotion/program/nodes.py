@@ -5,7 +5,8 @@ from functools import cached_property
 import numpy as np
 
 from symmotion import interrupts
-from symmotion.kernels.mapped import Kernels, Mapped, kernel_function
+from symmotion.kernels.compiled import Machine
+from symmotion.kernels.mapped import Kernels, Mapped, kernel_function, news
 from symmotion.kernels.packing import Packing, unpacked
 from symmotion.kernels.passes import Pass
 from symmotion.program.block import EPS, WHOLE, Block
@@ -29,7 +30,8 @@ class BlockEvaluator:
     def __init__(self, block: Block, kernels: Kernels = "auto", threads: int = 1):
         self.block, self._threads = block, threads
         self._kernels: Kernels = kernels
-        self._functions: dict[str, Mapped] = {}
+        # Each with how much was compiled when it was made.
+        self._functions: dict[str, tuple[Mapped, int]] = {}
         # Of a function and where its Hessian goes.
         self._passes: dict[tuple[str, int], tuple[Pass, list[object]]] = {}
 
@@ -37,12 +39,15 @@ class BlockEvaluator:
         return f"BlockEvaluator({self.block.nature})"
 
     def prepare(self, kind: str) -> Mapped:
-        """The function of one kind (see `derive`), made at its first use."""
-        if kind not in self._functions:
-            block = self.block
+        """The function of one kind (see `derive`), made at its first use, and again where it was compiled meanwhile."""
+        known, seen = self._functions.get(kind, (None, 0))
+        if known is None or not (known.compiled or seen == news() or self._kernels != "auto"):
+            block, seen = self.block, news()
             function = kernel_function(block.kernel, kind, block.count, self._kernels)
-            self._functions[kind] = Mapped(function, block.count, block.nodes, self._threads)
-        return self._functions[kind]
+            if known is None or isinstance(function, Machine):
+                known = Mapped(function, block.count, block.nodes, self._threads)
+            self._functions[kind] = known, seen
+        return known
 
     @cached_property
     def _ones(self) -> np.ndarray | None:
@@ -201,7 +206,7 @@ class BlockEvaluator:
     ) -> None:
         """One pass of a function over the elements, see `Pass`; arrays: the rest of what it reads and writes."""
         interrupts.check()
-        mapped = self._functions[kind]
+        mapped = self._functions[kind][0]
         key = kind, 0 if hessian is None else id(hessian[1])
         if key not in self._passes:
             self._passes[key] = self._task(mapped, hessian)

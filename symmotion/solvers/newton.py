@@ -7,7 +7,7 @@ import numpy as np
 
 from symmotion.checks import choice, whole
 from symmotion.errors import InputError
-from symmotion.kernels import Kernels, is_compilable
+from symmotion.kernels import Kernels, expect, is_compilable
 from symmotion.program import Bounded, DesignT, Evaluator, Program
 from symmotion.solvers.continuing import Continued
 from symmotion.solvers.descent import LEAST, Enough, Point, descend
@@ -80,10 +80,10 @@ class ExactNewton:
     system: "condensed" (banded, where the conditions decouple), "sparse" (LDLᵀ, any
         equalities), or "auto", by the program's structure.
     kernels: "compiled" by the machine's C compiler, which takes most objectives less than a second,
-        once for a machine (study `kernels`); "interpreted" by CasADi; "auto": compiled where that was done before,
-        for long programs, and from the second of a series of solves on, each started from the one
-        before, where the compiler takes the objective's Hessian. threads: that a long program may use, as many as
-        processors, four at most, when left out. Neither changes a bit of the result.
+        once for a machine (study `kernels`); "interpreted" by CasADi; "auto": compiled where that was done before.
+        For long programs, and from the second of a series of solves on, each started from the one before, the compiler
+        works beside the solve, which goes on with what it has made as soon as it is there. threads: that a long
+        program may use, as many as processors, four at most, when left out. Neither changes a bit of the result.
     time_limit: wall-clock seconds for a solve, looked at before every step; None for no limit.
     callback: called with every `Iteration` of the log; where it returns True the solve stops.
     ways: segments that are tried the other way round; 0 for the program's own start alone, as `compare` has it.
@@ -122,16 +122,15 @@ class ExactNewton:
         series = self.kernels == "auto" and isinstance(start, Solution)
         # One of a series, such as the edits of a keyframe: the compiler is repaid if it takes most of the work.
         repaid = series and all(is_compilable(b.kernel, "hessian") for b in program.terms)
-        kernels: Kernels = "compiled" if repaid else self.kernels
-        return exchange(program, lambda p, s: self._at_times(p, s, every.elapsed, kernels), start)
+        for b in program.terms if repaid else ():
+            expect(b.kernel)
+        return exchange(program, lambda p, s: self._at_times(p, s, every.elapsed), start)
 
-    def _at_times(
-        self, program: Program[DesignT], start: object, spent: float = 0.0, kernels: Kernels | None = None
-    ) -> Solution[DesignT]:
+    def _at_times(self, program: Program[DesignT], start: object, spent: float = 0.0) -> Solution[DesignT]:
         """The solution of a program with its bounds held at the times that it has; spent: seconds before."""
         journal = Journal(self.max_iterations, self.time_limit, self.callback, spent)
         x = start_vector(program, start)
-        evaluator = Evaluator(program, kernels or self.kernels, self.threads)
+        evaluator = Evaluator(program, self.kernels, self.threads)
         along = self._bounded if not program.equalities_only else self._straight if program.linear else self._curved
         if self.steps == "shifted" and along != self._straight:
             raise InputError('steps="shifted" goes along linear equalities only, which this program has not alone')

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from symmotion import interrupts
 from symmotion.program.evaluate import Pattern
-from symmotion.program.local import LocalTables, Targets
+from symmotion.program.local import Targets
 from symmotion.program.program import Program
 from symmotion.systems.curvature import Curvature, banded_curvature
 
@@ -88,7 +88,7 @@ class Condensed:
         return program.structure["condensed"]
 
     def _pattern(self) -> None:
-        tables = [LocalTables.of(b, sparse.csr_array(b.operator @ self.basis)) for b in self.program.terms]
+        tables = [b.tables(sparse.csr_array(b.operator @ self.basis)) for b in self.program.terms]
         reach = max((int((t.blocks[1] - t.blocks[0]).max()) for t in tables if t.blocks.size), default=0)
         self.band = (reach + 1) * self.channels - 1
         size = self.size * (self.band + 1)

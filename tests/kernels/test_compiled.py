@@ -40,10 +40,12 @@ needs_compiler = pytest.mark.skipif(not compiled._compiler(), reason="no C compi
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
     """An empty cache, and a process that remembers nothing."""
+    compiled.BESIDE.wait()
     monkeypatch.setenv("SYMMOTION_CACHE", str(tmp_path / "cache"))
     for function in (*REMEMBERED, compiled._say_once):
         function.cache_clear()
     yield tmp_path / "cache"
+    compiled.BESIDE.wait()
     for function in (*REMEMBERED, compiled._say_once):
         function.cache_clear()
 
@@ -142,6 +144,8 @@ def test_what_small_programs_have_used_often_is_compiled(cache):
     assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")
     assert not used.compiled and not cache.exists()
     used(z, data, None)
+    assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")  # nobody waits for a compiler
+    compiled.BESIDE.wait()
     machine = kernel_function(kernel, "out", 1, "auto")
     assert isinstance(machine, compiled.MachineFunction)
     assert Mapped(machine, len(z))(z, data, None).tobytes() == first.tobytes()
@@ -155,6 +159,55 @@ def test_without_a_compiler_what_is_used_often_stays_interpreted_without_a_word(
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")
+
+
+@needs_compiler
+def test_a_solve_goes_on_with_what_was_compiled_beside_it(cache, monkeypatch):
+    monkeypatch.setattr(mapped, "COMPILE_FROM", 1)
+    program = sm.affine_program(sm.examples.planar_keyframes())
+    ways = []
+
+    def look(row):
+        ways.append([f.compiled for f, _ in evaluators[0].terms[0]._functions.values()])
+        if len(ways) == 2:
+            compiled.BESIDE.wait()
+
+    evaluators, own = [], Evaluator.__init__
+
+    def made(self, *arguments):
+        own(self, *arguments)
+        evaluators.append(self)
+
+    monkeypatch.setattr(Evaluator, "__init__", made)
+    solution = sm.ExactNewton(callback=look).solve(program).require()
+    assert not any(ways[0]) and sum(ways[-1]) >= 4 and len(ways) > 3
+    assert solution.x.tobytes() == sm.ExactNewton(kernels="interpreted").solve(program).x.tobytes()
+
+
+@needs_compiler
+def test_a_process_ends_with_its_compilers_and_leaves_nothing_half_made(cache):
+    code = """
+        import symmotion as sm
+        from symmotion.kernels import compiled, mapped
+        mapped.COMPILE_FROM = 1
+        sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()
+    """
+    process = _python(code)
+    _, errors = process.communicate()
+    assert not errors and process.returncode == 0
+    assert all(path.suffix == ".so" for path in cache.iterdir())
+
+
+def test_a_compiler_beside_that_fails_is_told_of_once(cache, monkeypatch):
+    monkeypatch.setenv("CC", "false")
+    monkeypatch.setattr(mapped, "COMPILE_FROM", 1)
+    kernel = square()
+    assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")
+    compiled.BESIDE.wait()
+    with pytest.warns(RuntimeWarning, match="failed: exit status 1") as said:
+        for _ in range(2):
+            assert kernel_function(kernel, "out", 1, "auto") is kernel.function("out")
+    assert len(said) == 1
 
 
 @needs_compiler

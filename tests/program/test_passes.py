@@ -7,7 +7,7 @@ import symmotion as sm
 from symmotion.kernels import compiled, mapped
 from symmotion.kernels.arrays import ArrayFunction
 from symmotion.program import Bounded, Evaluator
-from symmotion.program.local import LocalTables, Targets
+from symmotion.program.local import Targets
 from symmotion.systems import Condensed, HessianTriangle
 
 needs_compiler = pytest.mark.skipif(not compiled._compiler(), reason="no C compiler on this machine")
@@ -41,7 +41,7 @@ def everything(program, kernels):
         slopes, matrix = bounded.second_order(x, system.pattern, y, 0.3)
         weights = rng.normal(size=count), rng.uniform(size=count)
         found += [slopes, bounded.stiffen(matrix.copy(), x, system.pattern, *weights, 0.4), matrix]
-    functions = [f for e in (*whole.terms, *whole.constraints) for f in e._functions.values()]
+    functions = [f for e in (*whole.terms, *whole.constraints) for f, _ in e._functions.values()]
     return found, functions
 
 
@@ -76,7 +76,7 @@ def test_columns_that_are_no_neighbours_are_sorted():
     apart = operator.copy()
     apart.indices = (10 * apart.indices).astype(apart.indices.dtype)
     wide = type(operator)((apart.data, apart.indices, apart.indptr), shape=(operator.shape[0], 10 * n))
-    near, far = LocalTables.of(block, operator), LocalTables.of(block, wide)
+    near, far = block.tables(operator), block.tables(wide)
     assert np.array_equal(10 * near.columns, far.columns) and np.array_equal(10 * near.blocks, far.blocks)
     assert np.array_equal(near.coefficients, far.coefficients) and np.array_equal(near.places, far.places)
     dense = np.zeros((block.elements, block.nodes * block.kernel.rows, n))
