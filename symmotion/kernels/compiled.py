@@ -144,7 +144,7 @@ def begin(code: str, kind: str, channels: int, squares: bool) -> None:
 
     def job() -> None:
         try:
-            with _BUILDING:
+            with suppress(_Interrupted), _BUILDING:
                 _make(found, *key)
         except (CompilerError, OSError) as error:
             _FAILED[path] = _reason(error)

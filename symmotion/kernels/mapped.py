@@ -140,8 +140,8 @@ class Mapped:
         self._use = _Use() if isinstance(own, Machine) else _use(own)
         # Chunks of equal size: what the last one lacks would be interpreted in vain.
         elements = count // multiple
-        chunk = function.nodes if isinstance(function, ArrayFunction) else CHUNK / sum(inputs + outputs)
-        rounds = max(1, round(count / chunk))
+        most = function.nodes if isinstance(function, ArrayFunction) else CHUNK / max(1, sum(inputs + outputs))
+        rounds = max(1, round(count / most))
         size = -(-elements // rounds) * multiple
         self._chunks = [slice(start, min(start + size, count)) for start in range(0, count, size)] if size else []
         threads = min(threads, max(1, 2 * len(self._chunks) // THREADS_FROM))

@@ -115,7 +115,7 @@ def _dense(operator: sparse.csr_array, e: int, q: int, r: int) -> tuple[np.ndarr
     if found is None or rank is None:
         found, rank = _sorted(owner, columns, e, operator.shape[1])
     coefficients = np.zeros((e * q * r, found.shape[1]))
-    place = np.repeat(np.arange(0, e * q * r * found.shape[1], found.shape[1]), counts)
+    place = np.repeat(found.shape[1] * np.arange(e * q * r), counts)
     place += rank
     coefficients.ravel()[place] = operator.data
     return found, coefficients.reshape(e, q, r, -1)

@@ -101,12 +101,9 @@ class BlockEvaluator:
         """(n, channels) the weighted slopes at the nodes (E · Q, rows · channels), brought to the controls."""
         block, coefficients = self.block, self.block.local.coefficients
         e, q, rows, k = coefficients.shape
-        slopes = (slopes * block.weights[:, None]).reshape(e, q * rows, 1, -1)
-        found = np.zeros((e, k, block.kernel.channels))
-        # In the order of the compiled pass, so that the sums have the same bits.
-        for i, c in enumerate(coefficients.reshape(e, q * rows, k).swapaxes(0, 1)):
-            found += c[:, :, None] * slopes[:, i]
-        return block.local.collecting @ found.reshape(e * k, -1)
+        values = (slopes * block.weights[:, None]).reshape(e, q, rows, -1).transpose(1, 2, 3, 0)
+        found = _summed(coefficients.transpose(1, 2, 3, 0), values)
+        return block.local.collecting @ found.transpose(2, 0, 1).reshape(e * k, -1)
 
     def rounding(self, controls: np.ndarray, size: np.ndarray) -> float:
         """The rounding of Σ w φ, where every number that the nodes read sums up to size; see `Block.sizes`.
@@ -150,10 +147,8 @@ class BlockEvaluator:
 
         def use(nodes: slice, outputs: list[np.ndarray]) -> None:
             elements = slice(nodes.start // block.nodes, nodes.stop // block.nodes)
-            if block.variable == WHOLE:
-                parts[elements] = factor * self._single(local, elements, outputs[0])
-            else:
-                parts[elements] = factor * self._assembled(local, elements, outputs[0])
+            blocks = self._single if block.variable == WHOLE else self._assembled
+            np.multiply(blocks(local, elements, outputs[0]), factor, out=parts[elements])
             slopes[nodes] = outputs[1]
 
         share = np.full((block.count, 1), theta)
@@ -260,6 +255,7 @@ def _summed(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
     In the order of the compiled pass: not by matrix products, whose order is theirs.
     """
     (q, parts, pairs, count), size = weights.shape, values.shape[2]
+    weights, values = (np.ascontiguousarray(a) for a in (weights, values))
     weights, values = weights.reshape(q * parts, pairs, 1, count), values.reshape(q * parts, 1, size, count)
     found = np.zeros((pairs, size, count))
     # Along the first axis NumPy adds one after the other, but of single numbers.
