@@ -11,10 +11,11 @@ from time import perf_counter
 import numpy as np
 
 import symmotion as sm
-from symmotion.kernels import Kernels
+from symmotion.kernels import ArrayFunction, Kernels, Mapped
 from symmotion.program import Evaluator
 
 OBJECTIVES = (sm.Rigidity(), sm.Rigidity(2), sm.TrajectoryEnergy(np.eye(3)), sm.StrainRate())
+WAYS: tuple[Kernels, Kernels] = "interpreted", "compiled"
 LONGEST = sm.StrainAcceleration()  # the long form only: its compiler run takes seconds
 
 
@@ -34,7 +35,8 @@ def in_new_process(directory: str, objectives: int, nodes: bool) -> list[list[fl
 def measured(count: int, nodes: bool) -> list[float]:
     """For each of the first objectives the seconds that differentiating, compiling and loading its functions take.
 
-    nodes: whether the instructions of its Hessian kernel, and its seconds at a node, interpreted and compiled, follow.
+    nodes: whether the instructions of its Hessian kernel, and its seconds at a node, interpreted by CasADi, carried out
+    by NumPy and compiled, follow.
     """
     found = []
     for objective in (*OBJECTIVES, LONGEST)[:count]:
@@ -43,15 +45,17 @@ def measured(count: int, nodes: bool) -> list[float]:
         if nodes:
             longer = sm.affine_program(sm.examples.random_keyframes(100, 40, seed=0), objective=objective)
             found.append(float(program.terms[0].kernel.function("hessian").n_instructions()))
-            found += [_node_seconds(longer, kernels) for kernels in ("interpreted", "compiled")]
+            plain, compiled = (Evaluator(longer, k, threads=1).terms[0] for k in WAYS)
+            block, listed = plain.block, ArrayFunction.of(plain.block.kernel.function("hessian"))
+            assert listed is not None
+            ways = plain.prepare("hessian"), Mapped(listed, block.count, block.nodes), compiled.prepare("hessian")
+            found += [_node_seconds(longer, mapped) for mapped in ways]
     return found
 
 
-def _node_seconds(program: sm.program.Program, kernels: Kernels) -> float:
-    evaluator = Evaluator(program, kernels, threads=1).terms[0]
-    block = evaluator.block
+def _node_seconds(program: sm.program.Program, mapped: Mapped) -> float:
+    block = program.terms[0]
     z, share = block.rows(program.start[block.variable]), np.ones((block.count, 1))
-    mapped = evaluator.prepare("hessian")
     return median_seconds(lambda: mapped.each(lambda *_: None, z, block.data, None, share)) / block.count
 
 

@@ -1,5 +1,6 @@
 """Kernels: the small symbolic functions that programs are made of, interpreted or as machine code."""
 
+from symmotion.kernels.arrays import ArrayFunction
 from symmotion.kernels.kernel import Kernel
 from symmotion.kernels.mapped import (
     Kernels,
@@ -12,6 +13,7 @@ from symmotion.kernels.mapped import (
 )
 
 __all__ = [
+    "ArrayFunction",
     "Kernel",
     "Kernels",
     "Mapped",
