@@ -102,8 +102,8 @@ def _kernels(options: StudyOptions) -> Table:
         *(Column("first solve's preparation", "s"), Column("in a later process", "s")),
     )
     caption = (
-        "Gradient and Hessian at one Gauss node, on one thread: interpreted by CasADi; the same instructions carried out "
-        "by NumPy at many nodes at once, as where there is no compiler; compiled. Preparation: differentiating, "
+        "Gradient and Hessian at one Gauss node, on one thread: interpreted by CasADi; the same instructions carried "
+        "out by NumPy at many nodes at once, as where there is no compiler; compiled. Preparation: differentiating, "
         "compiling and loading the functions of the objective, with an empty cache and from it."
     )
     return Table("kernels", columns, tuple(rows), caption)

@@ -91,8 +91,8 @@ def work(program: sm.program.Program) -> Work:
     kernels = assembly = tables = 0.0
     for block, local in zip(program.terms, system.pattern.tables, strict=True):
         kernels += block.count * operations(block)
-        # Each pair of the controls that an element reads sums its nodes' Hessians, weighted by basis products: counted as
-        # products of matrices, of which the passes do half, since Hessians are symmetric.
+        # Each pair of the controls that an element reads sums its nodes' Hessians, weighted by basis products:
+        # counted as products of matrices, of which the passes do half, since Hessians are symmetric.
         controls = local.columns.shape[1]
         pairs, inner = controls * (controls + 1) // 2, block.nodes * block.kernel.rows**2
         assembly += 2 * block.elements * pairs * inner * block.kernel.channels**2

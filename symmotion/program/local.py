@@ -94,19 +94,26 @@ class LocalTables:
 
 def _dense(operator: sparse.csr_array, e: int, q: int, r: int) -> tuple[np.ndarray, np.ndarray]:
     """The columns (E, K) of an operator that each element reads, and the coefficients (E, Q, rows, K) there."""
-    counts, columns = np.diff(operator.indptr), operator.indices
-    begins = operator.indptr[: -1 : q * r]
-    whole = np.diff(operator.indptr[:: q * r])
-    owner = np.repeat(np.arange(e, dtype=columns.dtype), whole)
-    if whole.all():
-        first, last = np.minimum.reduceat(columns, begins), np.maximum.reduceat(columns, begins)
+    pointers, columns = operator.indptr, operator.indices
+    k = int(np.diff(pointers).max())
+    if len(columns) == e * q * r * k > 0:
+        rows = columns.reshape(e, q * r, k)
+        if (rows == rows[:, :1]).all() and (np.diff(rows[:, 0]) > 0).all():
+            # All rows of an element read the same columns, as those of plain splines do.
+            return rows[:, 0].astype(np.int64), operator.data.reshape(e, q, r, k)
+    # The row of every entry; `repeat` takes three times as long.
+    row = np.cumsum(np.bincount(pointers[1:-1], minlength=len(columns) + 1)[: len(columns)], dtype=columns.dtype)
+    owner = row // (q * r)
+    begins = pointers[:: q * r]
+    if (np.diff(begins) > 0).all():
+        first, last = (f.reduceat(columns, begins[:-1]) for f in (np.minimum, np.maximum))
         reach = int((last - first).max()) + 1
     else:
         first = last = np.empty(0, dtype=np.int64)
         reach = 0
     found = rank = None
-    if 0 < reach <= FAR * int(counts.max()):
-        rank = columns - np.repeat(first, whole)
+    if 0 < reach <= FAR * k:
+        rank = columns - first[owner]
         read = np.zeros(e * reach, dtype=bool)
         read[owner * np.int64(reach) + rank] = True
         if np.array_equal(read.reshape(e, reach).sum(axis=1), last - first + 1):
@@ -115,7 +122,8 @@ def _dense(operator: sparse.csr_array, e: int, q: int, r: int) -> tuple[np.ndarr
     if found is None or rank is None:
         found, rank = _sorted(owner, columns, e, operator.shape[1])
     coefficients = np.zeros((e * q * r, found.shape[1]))
-    place = np.repeat(found.shape[1] * np.arange(e * q * r), counts)
+    place = row.astype(np.int64)
+    place *= found.shape[1]
     place += rank
     coefficients.ravel()[place] = operator.data
     return found, coefficients.reshape(e, q, r, -1)

@@ -14,6 +14,7 @@ from symmotion.splines.instants import inside, require_steps, rounding_in, same_
 from symmotion.values import read_only, value
 
 MOST_DEGREE = 1000
+AT_ONCE = 16_384  # parameters whose functions are evaluated together, in cache
 
 
 @value
@@ -153,6 +154,15 @@ class BSplineBasis:
         """
         t = np.atleast_1d(floats(t, "parameters"))
         span, t = self.spans(t), t - self.origin
+        parts = [slice(first, first + AT_ONCE) for first in range(0, max(1, t.size), AT_ONCE)]
+        values = np.concatenate([self._values(t[part], span[part], nu) for part in parts])
+        indices = span[:, None] + np.arange(-self.degree, 1)
+        if self.periodic:
+            indices %= self.n
+        return indices, values
+
+    def _values(self, t: np.ndarray, span: np.ndarray, nu: int) -> np.ndarray:
+        """(N, degree + 1) the nu-th derivatives of the functions that can differ from zero at t (N,) in these spans."""
         values = np.ones((t.size, 1))
         for q in range(1, self.degree + 1):
             left = self.knots[span[:, None] + np.arange(1 - q, 1)]
@@ -167,10 +177,7 @@ class BSplineBasis:
                 higher[:, :-1] = -slope
                 higher[:, 1:] += slope
             values = higher
-        indices = span[:, None] + np.arange(-self.degree, 1)
-        if self.periodic:
-            indices %= self.n
-        return indices, values if nu <= self.degree else np.zeros_like(values)
+        return values if nu <= self.degree else np.zeros_like(values)
 
     def matrix(self, t, nu: int = 0) -> sparse.csr_array:
         """(N, n) nu-th derivatives of all functions at the parameters t, as a sparse array."""

@@ -202,12 +202,14 @@ def _condense(program: Program) -> Condensed | None:
     m, n = conditions.shape
     if not m:
         return Condensed(program, conditions, np.empty(0, dtype=int), decoupled=True)
-    coo = conditions.tocoo()
-    alone = np.bincount(coo.coords[1], minlength=n)[coo.coords[1]] == 1
-    strength = np.where(alone, np.abs(coo.data), 0.0)
-    best = sparse.csr_array((strength, coo.coords), shape=(m, n))
-    pivots = np.asarray(best.argmax(axis=1)).ravel()
-    if (np.asarray(best.max(axis=1).todense()).ravel() > 0).all():
+    counts, columns = np.diff(conditions.indptr), conditions.indices
+    alone = np.bincount(columns, minlength=n)[columns] == 1
+    strength = np.where(alone, np.abs(conditions.data), 0.0)
+    most = np.maximum.reduceat(strength, conditions.indptr[:-1]) if counts.all() else np.zeros(m)
+    if (most > 0).all():
+        # The first of the strongest.
+        strongest = np.flatnonzero(strength == np.repeat(most, counts))
+        pivots = columns[strongest[np.searchsorted(strongest, conditions.indptr[:-1])]]
         return Condensed(program, conditions, pivots, decoupled=True)
     if m > SMALL:
         return None
