@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Literal, TypeAlias
 
 import casadi as ca
@@ -144,9 +144,9 @@ class Mapped:
         rounds = max(1, round(count / most))
         size = -(-elements // rounds) * multiple
         self._chunks = [slice(start, min(start + size, count)) for start in range(0, count, size)] if size else []
-        threads = min(threads, max(1, 2 * len(self._chunks) // THREADS_FROM))
+        self.threads = min(threads, max(1, 2 * len(self._chunks) // THREADS_FROM))
         with LIBRARIES:
-            self._workers = [_worker(function, size) for _ in range(threads)]
+            self._workers = [_worker(function, size) for _ in range(self.threads)]
 
     def __repr__(self) -> str:
         return f"Mapped({self.count} nodes, {'compiled' if self.compiled else 'interpreted'})"
@@ -171,15 +171,7 @@ class Mapped:
         self._use.nodes += self.count
         share = -(-len(self._chunks) // len(self._workers))
         parts = [self._chunks[k * share : (k + 1) * share] for k in range(len(self._workers))]
-        with LIBRARIES:  # for the other threads too
-            pairs = zip(self._workers[1:], parts[1:], strict=True)
-            rest = [_pool(len(self._workers), os.getpid()).submit(work, *pair) for pair in pairs]
-            try:
-                work(self._workers[0], parts[0])
-            finally:
-                wait(rest)  # an interrupt must not leave them writing into arrays that are used again
-        for future in rest:
-            future.result()
+        together([partial(work, *pair) for pair in zip(self._workers, parts, strict=True)])
 
     def __call__(self, *inputs: np.ndarray | None) -> np.ndarray:
         """(count, size) the first output at all nodes."""
@@ -190,6 +182,18 @@ class Mapped:
 
         self.each(keep, *inputs)
         return result
+
+
+def together(tasks: Sequence[Callable[[], object]]) -> None:
+    """Do tasks at the same time, the first in this thread."""
+    with LIBRARIES:  # for the other threads too
+        rest = [_pool(len(tasks), os.getpid()).submit(task) for task in tasks[1:]]
+        try:
+            tasks[0]()
+        finally:
+            wait(rest)  # an interrupt must not leave them writing into arrays that are used again
+    for future in rest:
+        future.result()
 
 
 @lru_cache(maxsize=4)

@@ -27,14 +27,16 @@ PAIRS, ENTRIES = 3, 8  # of a product in registers
 class Pass(ctypes.Structure):
     """What one pass reads and writes; the tables are those of `LocalTables`.
 
-    The elements from first to before end, each of so many nodes and columns; stride: numbers of a control. x,
+    The elements from first to before end, each of so many nodes and columns; stride: numbers of a control. low, high,
+    begin, stop: only the blocks and the controls of these numbers are added to, from the first to before the second. x,
     direction: where the first channel of the first control lies.
     out: (E · Q, …) of functions whose values at the nodes are wanted; gradient: (n, channels), added to; matrix: the
     flat array to which factor times the Hessians are added, where `starts` says, see `Targets`.
     """
 
     _fields_ = [
-        *((name, ctypes.c_longlong) for name in ("first", "end", "nodes", "controls", "reduced", "stride", "mirrored")),
+        *((name, ctypes.c_longlong) for name in ("first", "end", "low", "high", "begin", "stop")),
+        *((name, ctypes.c_longlong) for name in ("nodes", "controls", "reduced", "stride", "mirrored")),
         *((name, ctypes.c_double) for name in ("theta", "factor")),
         *((name, ctypes.c_void_p) for name in ("x", "direction", "columns", "coefficients", "weights", "data", "mu")),
         *((name, ctypes.c_void_p) for name in ("sigma", "out", "gradient", "basis", "places", "starts", "matrix")),
@@ -133,7 +135,7 @@ def _shuffles() -> str:
 
 TEXT = r"""
 typedef struct {
-  long long first, end, nodes, controls, reduced, stride, mirrored;
+  long long first, end, low, high, begin, stop, nodes, controls, reduced, stride, mirrored;
   double theta, factor;
   const double *x, *direction;
   const long long *columns;
@@ -259,7 +261,7 @@ static inline void blocks(const Pass *p, const V *symmetric, const V *skew, V *t
 static inline void add(const Pass *p, long long e, const double *t) {
   const long long n = p->reduced, *place = p->places + e * (n * (n + 1) / 2);
   for (long long u = 0; u < n; u++) for (long long v = u; v < n; v++, place++, t += BLOCK) {
-    if (*place < 0) continue;
+    if (*place < p->low || *place >= p->high) continue;
     const long long *start = p->starts + *place * CHANNELS;
     if (u != v) for (int i = 0; i < CHANNELS; i++) {
       double *to = p->matrix + start[i];
@@ -360,7 +362,9 @@ long long pass(const Pass *p) {
     }
     spread(slopes, wide, (double *)apart, wide);
     for (int l = 0; l < live; l++) for (long long k = 0; k < K; k++) {
-      double *to = p->gradient + p->columns[e[l] * K + k] * CHANNELS, *from = (double *)apart + l * wide;
+      const long long column = p->columns[e[l] * K + k];
+      if (column < p->begin || column >= p->stop) continue;
+      double *to = p->gradient + column * CHANNELS, *from = (double *)apart + l * wide;
       for (int j = 0; j < CHANNELS; j++) to[j] += from[k * CHANNELS + j];
     }
 #endif

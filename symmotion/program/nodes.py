@@ -4,13 +4,12 @@ from functools import cached_property
 
 import numpy as np
 
-from symmotion import interrupts
 from symmotion.kernels.compiled import Machine
 from symmotion.kernels.mapped import Kernels, Mapped, kernel_function, news
 from symmotion.kernels.packing import Packing, unpacked
-from symmotion.kernels.passes import Pass
 from symmotion.program.block import EPS, WHOLE, Block
 from symmotion.program.local import LocalTables, Targets
+from symmotion.program.passing import Passes
 
 AT_ONCE = 2**17  # products that are made before they are summed up: 1 MB
 
@@ -32,8 +31,7 @@ class BlockEvaluator:
         self._kernels: Kernels = kernels
         # Each with how much was compiled when it was made.
         self._functions: dict[str, tuple[Mapped, int]] = {}
-        # Of a function and where its Hessian goes.
-        self._passes: dict[tuple[str, int], tuple[Pass, list[object]]] = {}
+        self._pass = Passes(block)
 
     def __repr__(self) -> str:
         return f"BlockEvaluator({self.block.nature})"
@@ -84,7 +82,7 @@ class BlockEvaluator:
         block, mapped = self.block, self.prepare(kind)
         if self._passing(mapped):
             found = np.empty((block.count, mapped.outputs[0]))
-            self._pass(kind, controls, direction=direction, mu=mu, out=found)
+            self._pass(kind, mapped, controls, direction=direction, mu=mu, out=found)
             return found
         return mapped(block.rows(controls), block.data, mu if direction is None else block.rows(direction))
 
@@ -93,7 +91,7 @@ class BlockEvaluator:
         block, mapped, mu = self.block, self.prepare("gradient"), self._mu(multipliers)
         if self._passing(mapped):
             found = np.zeros((len(controls), block.kernel.channels))
-            self._pass("gradient", controls, mu=mu, gradient=found)
+            self._pass("gradient", mapped, controls, mu=mu, gradient=found)
             return found
         return self._collect(mapped(block.rows(controls), block.data, mu))
 
@@ -137,7 +135,7 @@ class BlockEvaluator:
         if self._passing(mapped) and targets.starts is not None:
             gradient = np.zeros((len(controls), block.kernel.channels))
             places = {"gradient": gradient, "matrix": matrix, "sigma": stiffness, "mu": mu}
-            self._pass(kind, controls, (local, targets), theta, factor, **places)
+            self._pass(kind, mapped, controls, (local, targets), theta, factor, **places)
             return gradient
         slopes = np.empty((block.count, block.kernel.rows * block.kernel.channels))
         channels, known = block.kernel.channels, targets.wanted
@@ -189,64 +187,6 @@ class BlockEvaluator:
     def _passing(self, mapped: Mapped) -> bool:
         """Whether a function has a pass over the block's elements; those that read many single numbers gain nothing."""
         return mapped.elements is not None and self.block.variable != WHOLE
-
-    def _pass(
-        self,
-        kind: str,
-        controls: np.ndarray,
-        hessian: tuple[LocalTables, Targets] | None = None,
-        theta: float = 1.0,
-        factor: float = 1.0,
-        **arrays: np.ndarray | None,
-    ) -> None:
-        """One pass of a function over the elements, see `Pass`; arrays: the rest of what it reads and writes."""
-        interrupts.check()
-        mapped = self._functions[kind][0]
-        key = kind, 0 if hessian is None else id(hessian[1])
-        if key not in self._passes:
-            self._passes[key] = self._task(mapped, hessian)
-        task = self._passes[key][0]
-        task.theta, task.factor, task.stride = theta, factor, controls.shape[1]
-        first, given = 8 * (self.block.channels.start or 0), {"x": controls, **arrays}
-        # Held until the call has ended.
-        held = {name: None if a is None else np.ascontiguousarray(a, dtype=float) for name, a in given.items()}
-        sizes = {"x": controls.size, "direction": controls.size, "mu": self.block.count * mapped.inputs[2]}
-        sizes["sigma"] = self.block.count * mapped.inputs[-1]
-        if len(controls) != self.block.operator.shape[1]:
-            raise ValueError(f"{self.block.operator.shape[1]} controls are needed, not {len(controls)}")
-        for name, array in held.items():
-            if array is not None and array.size < sizes.get(name, 0):
-                raise ValueError(f"{name} of {array.size} numbers: {sizes[name]} are needed")
-            begin = first if name in ("x", "direction") else 0
-            setattr(task, name, None if array is None else array.ctypes.data + begin)
-        assert mapped.elements is not None
-        mapped.elements(task)
-
-    def _task(self, mapped: Mapped, hessian: tuple[LocalTables, Targets] | None) -> tuple[Pass, list[object]]:
-        """What is the same for every pass of a function, and the memory that it names."""
-        block = self.block
-        local, (columns, targets) = block.local, hessian or (block.local, None)
-        task = Pass(
-            first=0,
-            end=block.elements,
-            nodes=block.nodes,
-            controls=local.columns.shape[1],
-            reduced=columns.columns.shape[1],
-        )
-        tables = {"columns": local.columns, "coefficients": local.coefficients, "weights": block.weights}
-        tables |= {"data": block.data, "basis": columns.coefficients}
-        if targets is not None:
-            task.mirrored = targets.mirrored
-            tables |= {"places": columns.met, "starts": targets.starts}
-        kept: list[object] = [hessian]
-        for name, table in tables.items():
-            kind = np.int64 if name in ("columns", "places", "starts") else np.float64
-            whole = np.ascontiguousarray(table, dtype=kind)
-            setattr(task, name, whole.ctypes.data)
-            kept.append(whole)
-        assert mapped.elements is not None
-        kept.append(mapped.elements.work(task))
-        return task, kept
 
 
 def _summed(weights: np.ndarray, values: np.ndarray) -> np.ndarray:

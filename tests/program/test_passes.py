@@ -24,13 +24,13 @@ def programs():
     yield sm.affine_program(KEYS, objective=BOTH, refine=0)
 
 
-def everything(program, kernels):
+def everything(program, kernels, threads=1):
     """All that is evaluated at a point, where the matrices are those of every system that there is."""
     rng = np.random.default_rng(0)
     x, d = (program.x0 + 0.1 * rng.normal(size=program.unknowns) for _ in range(2))
     multipliers = rng.normal(size=program.conditions)
-    bounded = Bounded(program, kernels, 1)
-    whole, system = Evaluator(program, kernels, 1), Condensed.of(bounded.framed)
+    bounded = Bounded(program, kernels, threads)
+    whole, system = Evaluator(program, kernels, threads), Condensed.of(bounded.framed)
     found = [np.array([whole.objective(x), whole.rounding(x)]), whole.gradient(x), whole.line(x, d)]
     found += [whole.values(x), whole.along(x, d), whole.pull(x, multipliers), whole.jacobian(x).data]
     pattern = HessianTriangle.of(program).pattern
@@ -53,6 +53,34 @@ def test_passes_have_the_interpreters_bits(program):
     assert len(found) == len(wanted)
     for one, other in zip(found, wanted, strict=True):
         assert one.tobytes() == other.tobytes()
+
+
+@needs_compiler
+def test_passes_of_several_threads_have_the_bits_of_one(monkeypatch):
+    times = np.arange(30.0)
+    keys = sm.Keyframes(
+        times, [sm.examples.rotation_2d(30 * t) for t in times], np.stack([times, np.sin(times)], axis=1)
+    )
+    program = sm.affine_program(keys, objective=BOTH, constraints=[sm.SpeedBound(POINTS, 9.0)])
+    wanted, _ = everything(program, "compiled")
+    monkeypatch.setattr(mapped, "CHUNK", 1)
+    monkeypatch.setattr(mapped, "THREADS_FROM", 1)
+    for threads in (2, 3):
+        found, functions = everything(program, "compiled", threads)
+        assert {f.threads for f in functions} == {threads}
+        for one, other in zip(found, wanted, strict=True):
+            assert one.tobytes() == other.tobytes()
+
+
+@needs_compiler
+def test_arrays_that_a_pass_would_read_beyond_are_refused():
+    program = next(programs())
+    evaluator = Evaluator(program, "compiled", 1).constraints[1]
+    controls = program.arrays(program.x0)[evaluator.block.variable]
+    with pytest.raises(ValueError, match="mu of 1 numbers"):
+        evaluator.gradient(controls, np.ones((1, 1)))
+    with pytest.raises(ValueError, match="x of"):
+        evaluator.out(controls[1:])
 
 
 def test_lists_by_numpy_have_the_interpreters_bits(monkeypatch, tmp_path):
