@@ -187,6 +187,9 @@ class Mapped:
 def together(tasks: Sequence[Callable[[], object]]) -> None:
     """Do tasks at the same time, the first in this thread."""
     with LIBRARIES:  # for the other threads too
+        if len(tasks) == 1:
+            tasks[0]()
+            return
         rest = [_pool(len(tasks), os.getpid()).submit(task) for task in tasks[1:]]
         try:
             tasks[0]()

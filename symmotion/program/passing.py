@@ -105,6 +105,9 @@ class Passes:
         e, columns = self._block.elements, self._block.local.columns
         places = np.zeros((e, 0), dtype=np.int64) if reduced is None else reduced.places
         blocks, width = (0 if reduced is None else reduced.blocks.shape[1]), self._block.operator.shape[1]
+        if threads == 1:
+            yield 0, e, 0, blocks, 0, width
+            return
         cuts = [e * k // threads for k in range(1, threads)]
         borders = [
             [0, *(int(t[cut:].min(initial=n)) for cut in cuts), n] for t, n in ((places, blocks), (columns, width))
