@@ -293,6 +293,7 @@ class Program(Generic[DesignT]):
     design: turns x back into a motion. build_seconds: what making the program took.
     lengths: by name, the channels that are lengths in the user's unit; the others are pure numbers.
     shifts: by name, (channels,) what was subtracted from each control, so that it is not far from zero.
+    directions: by name, the channels that make unit vectors, see `normalised`.
 
     The Lagrangian is L = Σ terms + λᵀg, so that the optimum changes by −λ with the data that
     g subtracts.
@@ -312,6 +313,7 @@ class Program(Generic[DesignT]):
     build_seconds: float | None = None
     lengths: Mapping[str, slice] = field(default_factory=dict)
     shifts: Mapping[str, np.ndarray] = field(default_factory=dict)
+    directions: Mapping[str, slice] = field(default_factory=dict)
     # Derived structure (patterns, null-space bases), shared by programs that differ in data only.
     structure: Structure = field(default_factory=Structure, repr=False)
 
@@ -352,6 +354,15 @@ class Program(Generic[DesignT]):
         """(unknowns,) what was subtracted from each unknown."""
         none = {name: np.zeros(value.shape) for name, value in self.start.items()}
         return self.pack({name: value + self.shifts.get(name, 0.0) for name, value in none.items()})
+
+    def normalised(self, x: np.ndarray) -> np.ndarray:
+        """x (unknowns,) with its unit vectors, such as control quaternions, of length one."""
+        if not self.directions:
+            return x
+        values = {name: value.copy() for name, value in self.unpack(x).items()}
+        for name, channels in self.directions.items():
+            values[name][:, channels] /= np.linalg.norm(values[name][:, channels], axis=1, keepdims=True)
+        return self.pack(values)
 
     def pack(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Named arrays as one vector x."""

@@ -38,6 +38,8 @@ DELTA = 1e-5
 SWEEPS, REFINED, EXACT = 5, 8, 1e-15
 # Unknowns up to which a dense basis of the null space is taken, where it decides whether curvature is negative.
 DENSE = 300
+# Of a diagonal entry beside the largest of its row, see `scaling`.
+SLIGHT = 1e-4
 # Weights of the conditions beside a Hessian of order one, in turn.
 WEIGHTS = (1e2, 1e4, 1e6, 1e8)
 
@@ -304,7 +306,8 @@ class Saddle:
         hessian, jacobian = self._triangle.full(flat, self.n), self.jacobian
         if not hessian.count_nonzero():
             return FLAT
-        d = scaling(hessian.diagonal(), np.asarray(abs(hessian).max(axis=1).todense()).ravel())
+        own = sparse.csr_array(self.unit[:, None] * hessian * self.unit)
+        d = self.unit * scaling(own.diagonal(), np.asarray(abs(own).max(axis=1).todense()).ravel(), SLIGHT)
         scaled = sparse.csr_array(d[:, None] * hessian * d)
         rows = sparse.csr_array(jacobian * d)
         if self.n <= DENSE:
