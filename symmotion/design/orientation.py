@@ -164,7 +164,7 @@ class OrientationDesign:
     def setting(self) -> Setting:
         keys = self.keys
         linear = to_rotation(keys.quaternions).as_matrix()
-        moves = self.space.channels > 4
+        moves = self.space.pose
         return Setting((self.space,), keys.times, linear, None, keys.quaternions, moves=moves)
 
     def program(self) -> "Program[OrientationDesign]":

@@ -1,5 +1,7 @@
 """Newton's method where equality constraints are curved: SQP on the sparse saddle system."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from symmotion.program import Evaluator
@@ -121,7 +123,18 @@ class Curved:
         return length, value < merit or outward is not None
 
     def rest(self, point: Point, factor: AnyFactor) -> None:
-        """Nothing: the multipliers were found with the point."""
+        """One more step from a minimum, the factor of which is there: it squares the error for one gradient."""
+        if factor is None:
+            return
+        evaluator, x = self.evaluator, self.evaluator.program.normalised(self.x + point.step)
+        violation, jacobian = evaluator.violation(x), evaluator.jacobian(x)
+        stationarity = largest(evaluator.gradient(x) + jacobian.T @ self._wanted)
+        if largest(violation) <= largest(self._violation) and stationarity <= point.row.stationarity:
+            self.x, self.multipliers = x, self._wanted
+            row = self.journal.log.pop()
+            self.journal.log.append(replace(row, theta=1.0, step=1.0))
+            at = Iteration(evaluator.objective(x), stationarity, largest(violation), inertia="positive")
+            self.journal.add(at)
 
     def _weighed(self, slope: float, multipliers: np.ndarray) -> float:
         """μ large enough for d to descend on f + μ ‖c‖₁, and no larger than need be."""

@@ -33,7 +33,7 @@ from symmotion.systems.system import gram_factor, own_size, reach, solved
 
 # The factorisation does not pivot: a zero in the lower block would stop it, and one that is next to zero costs the
 # digits of all that is small beside stiff bounds. Refinement removes its effect.
-DELTA = 1e-5
+DELTA = 1e-3
 # Sweeps that bring rows and columns to size one, and steps of refinement, which end at a relative residual.
 SWEEPS, REFINED, EXACT = 5, 8, 1e-15
 # Unknowns up to which a dense basis of the null space is taken, where it decides whether curvature is negative.
