@@ -73,12 +73,34 @@ def test_a_name_that_is_not_in_the_reference_fails():
 
 @pytest.mark.parametrize("name", PAGES)
 def test_formulas_are_mathml(name):
-    latex = pytest.importorskip("docutils.utils.math.latex2mathml")
+    pytest.importorskip("docutils")
+    from studies.guide.building.mathml import mathml
+
     text = re.sub(r"^```(?!\{formula).*?^```$", "", source(name), flags=re.MULTILINE | re.DOTALL)
     formulas = re.findall(r"^```\{formula\} \S+\n(?::.*\n)+(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
     text = re.sub(r"`[^`]*`", "", re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL))
     for formula in [*formulas, *re.findall(r"\$\$?([^$]+)\$\$?", text)]:
-        assert latex.tex2mathml(formula).startswith("<math"), formula
+        assert mathml(formula, True).startswith("<math"), formula
+
+
+@pytest.mark.parametrize(
+    ("formula", "set_as"),
+    [
+        # An index of an accented letter beside it, not below.
+        (r"\tilde B_i", '<msub><mover accent="true"><mi>B</mi><mo stretchy="false">~</mo></mover><mi>i</mi></msub>'),
+        # Both bars of a norm as high as the line, however high what they hold is; those of \left grow.
+        (r"\lVert a \rVert", 2 * '<mo stretchy="false" lspace="0" rspace="0">‖</mo>'),
+        (r"\left|a\right|", "<mo>|</mo><mo>|</mo>"),
+        (r"2\log d", '<mn>2</mn><mspace width="0.1667em"></mspace><mi>log</mi><mo>\u2061</mo><mspace width="0.1667em">'),
+        (r"\log(d)", '<mi>log</mi><mo>\u2061</mo><mo stretchy="false">('),
+    ],
+)
+def test_formulas_are_set_as_tex_sets_them(formula, set_as):
+    pytest.importorskip("docutils")
+    from studies.guide.building.mathml import mathml
+
+    found = mathml(formula, False).replace(' class="mathopen"', "").replace("<mi>a</mi>", "").replace("\n", "")
+    assert set_as in re.sub(r">\s+<", "><", found)
 
 
 def test_the_gallery_shows_studies_that_there_are():
