@@ -91,7 +91,10 @@ def test_formulas_are_mathml(name):
         # Both bars of a norm as high as the line, however high what they hold is; those of \left grow.
         (r"\lVert a \rVert", 2 * '<mo stretchy="false" lspace="0" rspace="0">‖</mo>'),
         (r"\left|a\right|", "<mo>|</mo><mo>|</mo>"),
-        (r"2\log d", '<mn>2</mn><mspace width="0.1667em"></mspace><mi>log</mi><mo>\u2061</mo><mspace width="0.1667em">'),
+        (
+            r"2\log d",
+            '<mn>2</mn><mspace width="0.1667em"></mspace><mi>log</mi><mo>\u2061</mo><mspace width="0.1667em">',
+        ),
         (r"\log(d)", '<mi>log</mi><mo>\u2061</mo><mo stretchy="false">('),
     ],
 )
