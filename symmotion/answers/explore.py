@@ -15,9 +15,10 @@ from symmotion.answers.starts import HOP, RANDOM, FromStart, Start, drawn, settl
 from symmotion.batches import Failed, own_processes, solve_many
 from symmotion.errors import InputError
 from symmotion.program import DesignT, Program
+from symmotion.program.program import require_program
 from symmotion.solvers import ExactNewton, Solution, Solver, Status
 from symmotion.solvers.minima import same
-from symmotion.solvers.solver import require_program, require_solver
+from symmotion.solvers.solver import require_solver
 
 # Starts that are not drawn before all others. Then in every round, after which the counts are looked at again, another
 # one of them, a random one, and hops from the lowest minimum of before.

@@ -151,6 +151,8 @@ def joined(bodies: Sequence[Body]) -> Body:
     >>> len(sm.bodies.joined([one, one]).faces) == 2 * len(one.faces)
     True
     """
+    if len({b.dimension for b in bodies}) != 1:
+        raise InputError(f"{len(bodies)} bodies: one or more, of one dimension, are needed")
     offsets = np.cumsum([0, *(len(b.vertices) for b in bodies[:-1])]).tolist()
     faces = tuple(tuple(o + i for i in face) for b, o in zip(bodies, offsets, strict=True) for face in b.faces)
     return Body(np.concatenate([b.vertices for b in bodies]), faces)

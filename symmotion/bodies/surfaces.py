@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from symmotion import checks
 from symmotion.bodies.body import Body, joined
 from symmotion.errors import InputError
 
@@ -29,9 +30,10 @@ def ellipsoid_mesh(semi_axes: Sequence[float]) -> Body:
     >>> sm.bodies.ellipsoid_mesh([1.0, 0.7, 0.5]).dimension
     3
     """
+    sizes = checks.array(semi_axes, (3,), "semi-axes")
     round_, up = np.linspace(0, 2 * np.pi, 13)[:, None], np.linspace(-np.pi / 2, np.pi / 2, 9)
     sphere = [np.cos(round_) * np.cos(up), np.sin(round_) * np.cos(up), 0 * round_ + np.sin(up)]
-    return grid_mesh(np.stack(sphere, axis=-1) * semi_axes)
+    return grid_mesh(np.stack(sphere, axis=-1) * sizes)
 
 
 def jug(segments: int = 12) -> Body:
@@ -40,7 +42,7 @@ def jug(segments: int = 12) -> Body:
     >>> sm.bodies.jug().dimension
     3
     """
-    angle = np.linspace(0, 2 * np.pi, segments + 1)
+    angle = np.linspace(0, 2 * np.pi, checks.whole(segments, 3, "segments", " of faces round the axis") + 1)
     profile = np.array([(0.0, 0.0), (1.2, 0.0), (1.9, 0.8), (1.6, 1.8), (0.9, 2.3), (1.0, 2.6)])
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     body = np.concatenate(

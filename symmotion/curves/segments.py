@@ -1,6 +1,6 @@
 """One polynomial from any list of constraints: basis matrix, blending functions, segment."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import factorial
 from typing import overload
 
@@ -107,6 +107,8 @@ def polynomial_segment(
 
 
 def _check(conditions: Conditions) -> list[tuple[float, int]]:
+    if not isinstance(conditions, Iterable):
+        raise InputError(f"constraints {conditions!r}: pairs (parameter, derivative order) are needed")
     checked = []
     for i, condition in enumerate(conditions):
         try:

@@ -239,7 +239,7 @@ def part(motion: AnyMotion, start: float, end: float) -> "AffineMotion | Retimed
     >>> piece.domain, bool(np.allclose(piece(0.4).linear, motion(0.4).linear))
     ((0.25, 0.5), True)
     """
-    a, b = motion.domain
+    a, b = _domain(motion)
     start, end = checks.number(start, "start"), checks.number(end, "end")
     slack = rounding_in(a, b)
     if not a - slack <= start < end <= b + slack or end - start <= slack:
@@ -259,7 +259,7 @@ def reverse(motion: AnyMotion) -> "AffineMotion | RetimedMotion":
     """
     if isinstance(motion, AffineMotion):
         return AffineMotion.from_spline(motion.spline.reversed(), motion.dimension)
-    a, b = motion.domain
+    a, b = _domain(motion)
     return RetimedMotion(motion, Spline(BSplineBasis.clamped([a, b], 1), np.array([b, a])))
 
 
@@ -337,6 +337,12 @@ def dimension_of(motion: AnyMotion) -> int:
         return matrices_of(motion, np.array([motion.domain[0]])).shape[-1] - 1
     except (AttributeError, TypeError):
         raise InputError(f"a {type(motion).__name__} is no motion: one with a domain and positions is needed") from None
+
+
+def _domain(motion: AnyMotion) -> tuple[float, float]:
+    """The motion's domain; InputError where it is no motion."""
+    dimension_of(motion)
+    return motion.domain
 
 
 def marks_of(motion: AnyMotion) -> np.ndarray:

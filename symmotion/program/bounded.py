@@ -9,7 +9,7 @@ from scipy import sparse
 
 from symmotion.kernels import Kernel, Kernels
 from symmotion.program.evaluate import Evaluator, Pattern
-from symmotion.program.program import Constraint, Program, Structure
+from symmotion.program.program import Constraint, Program, Structure, require_program
 
 
 class Bounded:
@@ -28,7 +28,7 @@ class Bounded:
     """
 
     def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):
-        self.program = program
+        self.program = require_program(program)
         equal, bounds, self.places = _taken_apart(program)
         made = program.structure.setdefault(("bounded", self.places[1].tobytes()), [Structure() for _ in range(3)])
         self.equal = replace(program, constraints=equal, structure=made[0])

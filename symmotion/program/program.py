@@ -564,3 +564,10 @@ class Program(Generic[DesignT]):
         return "\n".join(lines)
 
     __repr__ = __str__
+
+
+def require_program(value: object) -> Program:
+    """The value; InputError unless it is a program."""
+    if not isinstance(value, Program):
+        raise InputError(f"program of type {type(value).__name__}: what affine_program and its like return is needed")
+    return value

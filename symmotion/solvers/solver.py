@@ -10,6 +10,7 @@ from symmotion import interrupts
 from symmotion.checks import array
 from symmotion.errors import InputError
 from symmotion.program import DesignT, Evaluator, Program
+from symmotion.program.program import require_program
 from symmotion.solvers.journal import Failure
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.systems import certify, conflict, conflicting
@@ -73,13 +74,6 @@ def require_solver(value: object, *names: str) -> Solver:
         if not hasattr(value, name):
             raise InputError(f"solver {value!r} has no {name}, which every solver has")
     return cast(Solver, value)
-
-
-def require_program(value: object) -> Program:
-    """The value; InputError unless it is a program."""
-    if not isinstance(value, Program):
-        raise InputError(f"program of type {type(value).__name__}: what affine_program and its like return is needed")
-    return value
 
 
 def start_vector(program: Program, start: object) -> np.ndarray:

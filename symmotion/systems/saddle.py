@@ -119,7 +119,8 @@ def kkt_pattern(program: Program) -> sparse.csr_array:
     >>> sm.systems.kkt_pattern(program).shape == (program.unknowns + program.conditions,) * 2
     True
     """
-    triangle, jacobian = HessianTriangle.of(program), Evaluator(program).jacobian(program.x0)
+    jacobian = Evaluator(program).jacobian(program.x0)
+    triangle = HessianTriangle.of(program)
     hessian = triangle.full(np.ones(triangle.pattern.size), program.unknowns)
     return sparse.csr_array(sparse.block_array([[hessian, jacobian.T], [jacobian, None]]) != 0)
 
