@@ -42,6 +42,8 @@ class Column:
 class Table:
     """Rows of text, numbers, truth values or None (missing), one cell per column; NumPy scalars become plain ones.
 
+    name: one of its own in a study; caption: above it.
+
     Raises InputError for rows of other lengths than the columns, and for ends of intervals in the first one.
 
     >>> from symmotion.report import Column, Table

@@ -147,6 +147,8 @@ Shape: TypeAlias = Body | Meshed | Triangulated | ArrayLike | Sequence[ArrayLike
 def joined(bodies: Sequence[Body]) -> Body:
     """Several bodies as one, without their colours.
 
+    bodies: one or more, of one dimension. Raises InputError for others.
+
     >>> one = sm.bodies.ellipsoid_mesh([1.0, 1.0, 1.0])
     >>> len(sm.bodies.joined([one, one]).faces) == 2 * len(one.faces)
     True

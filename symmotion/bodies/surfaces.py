@@ -14,6 +14,8 @@ from symmotion.errors import InputError
 def grid_mesh(points: np.ndarray) -> Body:
     """The body of the quadrilaterals of a grid of points (U, V, 3).
 
+    Raises InputError for points of another shape, or that are not finite.
+
     >>> x, y = np.meshgrid(np.arange(3.0), np.arange(4.0), indexing="ij")
     >>> len(sm.bodies.grid_mesh(np.stack([x, y, 0 * x], axis=-1)).faces)
     6
@@ -27,6 +29,10 @@ def grid_mesh(points: np.ndarray) -> Body:
 def ellipsoid_mesh(semi_axes: Sequence[float]) -> Body:
     """An ellipsoid about the origin, 12 faces round and 8 from pole to pole.
 
+    semi_axes: three, positive, along x, y and z.
+
+    Raises InputError for what is no three finite numbers.
+
     >>> sm.bodies.ellipsoid_mesh([1.0, 0.7, 0.5]).dimension
     3
     """
@@ -38,6 +44,10 @@ def ellipsoid_mesh(semi_axes: Sequence[float]) -> Body:
 
 def jug(segments: int = 12) -> Body:
     """A jug made by the project: a surface of revolution about z with a spout along x and a handle opposite.
+
+    segments: faces round the axis, 3 or more.
+
+    Raises InputError for fewer.
 
     >>> sm.bodies.jug().dimension
     3
@@ -73,6 +83,8 @@ def read_teapot(path: Path, pieces: int = 3) -> Body:
     """The Utah teapot from a JSON file of bicubic Bézier patches, `pieces` quadrilaterals along each side of a patch.
 
     Entries: points (P, 3), patches (B, 16) of indices into them, order (B,) the parts' names.
+
+    path: of the file.
 
     Raises InputError for a file that holds something else.
 

@@ -20,6 +20,8 @@ class Jet:
     linear, translation: the derivatives 0 … 3 of A (d, d) and v (d, 1); t: the time. A body point p is at
     v + A p. Where A is rigid, `rate`, `acceleration` and `torque` are those of the body, in its own frame.
 
+    Its places raise InputError for points that are not (d,).
+
     >>> stretch = sm.JetEnergy(lambda jet: jet.gram_rate[0, 0], squares=True, label="stretch of the first axis")
     >>> round(sm.measure(sm.interpolants.component_cubic(sm.examples.quarter_turn()), stretch), 6)
     1.333333

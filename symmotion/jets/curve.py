@@ -68,6 +68,8 @@ class NetJet:
     derivatives: (C, 1) each, by order: d, du, dv, duu, duv, dvv, duuu, …, dvvv. parameters: 2, or 1 of a net that is
     a curve, which has no derivative by v.
 
+    t: () a symbol of its own, as other jets have one.
+
     Raises InputError for a derivative that it does not have.
 
     >>> low = sm.JetConstraint(lambda jet: jet.d[0], lower=0.0, upper=np.inf, at=[(4.5, 4.5)], name="scalar part")

@@ -32,6 +32,8 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     "auto" takes what is in the cache, and compiles for programs that repay it at once and what many small ones
     have used so often that the compiler would have been repaid.
 
+    kind: its name; kernel: what it is derived from.
+
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
     """
@@ -63,6 +65,8 @@ def _use(function: ca.Function) -> _Use:
 
 def is_compilable(kernel: Kernel, kind: str) -> bool:
     """Whether one of the functions of `derive` is short enough for a compiler.
+
+    kind: the name of that function, such as "value" or "hessian".
 
     >>> sm.kernels.is_compilable(sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel, "hessian")
     True

@@ -232,6 +232,8 @@ class RelativeMotion:
 def part(motion: AnyMotion, start: float, end: float) -> "AffineMotion | RetimedMotion":
     """A motion between two times of its domain, at the same times; of an `AffineMotion` one again, exactly.
 
+    start, end: in the unit of time of the motion, start < end.
+
     Raises InputError for times out of the domain or order.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
@@ -253,6 +255,8 @@ def part(motion: AnyMotion, start: float, end: float) -> "AffineMotion | Retimed
 def reverse(motion: AnyMotion) -> "AffineMotion | RetimedMotion":
     """The motion backwards, over the same domain; of an `AffineMotion` one again, exactly.
 
+    motion: of any kind. Raises InputError for what is none.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> bool(np.allclose(sm.motions.reverse(motion)(0.2).translation, motion(0.8).translation))
     True
@@ -265,6 +269,8 @@ def reverse(motion: AnyMotion) -> "AffineMotion | RetimedMotion":
 
 def concatenate(motions: Iterable[AnyMotion]) -> SequentialMotion:
     """Motions one after the other; see `SequentialMotion`.
+
+    motions: one or more, of one dimension, of any kind. Raises InputError for others.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> sm.motions.concatenate([motion, motion, motion]).domain

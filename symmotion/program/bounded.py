@@ -20,6 +20,10 @@ class Bounded:
     lower, upper: (bounds,), at least one of the two finite: what is not bounded is left out. places: which of the
     program's conditions the equalities are, and which the bounds.
 
+    kernels, threads: as ExactNewton's.
+
+    Raises InputError for what is no program, and kernels and threads that are none.
+
     >>> from symmotion.program import Bounded
     >>> keys = sm.examples.planar_keyframes()
     >>> near = sm.Tolerance(linear=0.1)

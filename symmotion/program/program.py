@@ -256,6 +256,8 @@ class Target:
 class Targets:
     """What a program knows of `count` affine positions in d dimensions, d² + d coordinates each, rows of A first.
 
+    places: the conditions that hold coordinates of positions, and which.
+
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> program.design.targets(program)["keyframes"].dimension
     2

@@ -79,6 +79,8 @@ def require_solver(value: object, *names: str) -> Solver:
 def start_vector(program: Program, start: object) -> np.ndarray:
     """(unknowns,) a start as x: None for the program's own, a Solution, a motion, or (unknowns,) numbers.
 
+    Raises InputError for a start of another length or kind, or that is not finite.
+
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> sm.solvers.start_vector(program, None).shape
     (36,)
@@ -113,6 +115,8 @@ def require_equalities(program: Program, solver: str, curved: bool = False) -> N
 
     curved: whether it takes nonlinear equalities.
 
+    program: what it is asked to solve; solver: its name, for the message.
+
     >>> sm.solvers.require_equalities(sm.affine_program(sm.examples.planar_keyframes()), "mine")
     """
     for c in require_program(program).constraints:
@@ -141,6 +145,10 @@ def conclude(
     x (unknowns,), multipliers (conditions,): where the solver ended, with L = f + λᵀg.
     method: the solver's short name, of its class when left out; failure: what the solver says went wrong, None where
     it claims success; evaluator: one of the program, if there is one.
+
+    log: its iterations; seconds: what it measured, by name.
+
+    Raises InputError for x and multipliers of other lengths.
 
     >>> from symmotion.solvers import conclude
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
