@@ -5,7 +5,6 @@ import doctest
 import inspect
 import re
 import sys
-import textwrap
 from collections.abc import Iterator
 from enum import Enum
 from functools import cache
@@ -15,6 +14,7 @@ import pytest
 
 import symmotion as sm
 from studies.guide.building.reference import Entry, entries
+from studies.guide.building.signatures import definition
 
 ENTRIES = [entry for entry in entries() if entry.kind != "data"]
 GROUPS = sorted({entry.group for entry in ENTRIES})
@@ -85,20 +85,20 @@ def raises(entry: Entry, error: str) -> str:
 
 
 @cache
-def tree_of(thing: object) -> ast.AST:
-    return ast.parse(textwrap.dedent(inspect.getsource(thing)))  # pyright: ignore[reportArgumentType]
+def tree_of(thing: object) -> list[ast.AST]:
+    return list(ast.walk(definition(thing) or ast.Module([], [])))
 
 
 def raised_in(thing: object, error: str) -> bool:
-    raised = (node.exc for node in ast.walk(tree_of(thing)) if isinstance(node, ast.Raise) and node.exc)
+    raised = (node.exc for node in tree_of(thing) if isinstance(node, ast.Raise) and node.exc)
     return any(isinstance(e, ast.Call) and ast.unparse(e.func).split(".")[-1] == error for e in raised)
 
 
 def handed(thing: object, names: set[str]) -> Iterator[object]:
     """Functions of ours, by name or of a module, that the source calls with one of these names, and does not try."""
     known = vars(sys.modules[thing.__module__])
-    tried = {id(n) for t in ast.walk(tree_of(thing)) if isinstance(t, ast.Try) for s in t.body for n in ast.walk(s)}
-    for node in ast.walk(tree_of(thing)):
+    tried = {id(n) for t in tree_of(thing) if isinstance(t, ast.Try) for s in t.body for n in ast.walk(s)}
+    for node in tree_of(thing):
         if isinstance(node, ast.Call) and id(node) not in tried:
             given = [n.id for a in node.args for n in (a, getattr(a, "value", a)) if isinstance(n, ast.Name)]
             match node.func:

@@ -12,6 +12,7 @@ from studies.guide.building.formulas import ROOT, lines_of
 from studies.guide.building.gallery import SHOWN, TITLES
 from studies.guide.building.pages import linked, source, sources
 from studies.guide.building.running import PageError, blocks, run_page
+from studies.guide.building.signatures import signature
 
 PAGES = sources()
 FORMULA = re.compile(r"^```\{formula\} (\S+)\n((?::.*\n)+)", re.MULTILINE)
@@ -131,3 +132,19 @@ def test_the_table_of_the_grammar_is_that_of_the_signatures():
             if cell not in ("yes", "–"):
                 assert str(found[name].default) == cell, (kind, name)
     assert len(orders) == 1
+
+
+def test_parameters_of_a_docstring_become_a_list_and_what_is_raised_stands_apart():
+    text = "Do it.\n\nfirst: one, see `x`; second,\n    third (2,): two. No name: here. Raises InputError for others."
+    lines = [line for line in reference.converted(text, ("first", "second", "third")) if line]
+    assert lines == [
+        "Do it.",
+        "- **first**: one, see ``x``",
+        "- **second, third (2,)**: two. No name: here.",
+        "Raises InputError for others.",
+    ]
+
+
+def test_signatures_show_annotations_as_they_are_meant():
+    assert signature(sm.answers.Band.plot) == "(axes: Axes | None=None) -> Axes"
+    assert "system: Literal['auto', 'condensed', 'sparse'] = 'auto'" in str(signature(sm.ExactNewton))

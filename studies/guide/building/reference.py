@@ -184,26 +184,48 @@ def converted(text: str, parameters: tuple[str, ...]) -> list[str]:
     return lines
 
 
+NAMED = re.compile(r"((?:\w+(?:, )?)+(?: \([^)]*\))?): ")
+# Where another parameter may begin, or what is raised.
+STARTS = re.compile(r"(?<=[;.]) (?=(?:\w+, )*\w+: |Raises |Source: )")
+
+
 def _items(rows: list[str], parameters: tuple[str, ...]) -> list[str]:
-    """A paragraph as items: of a list, or of parameters, each of which begins a line by its name."""
-    named = re.compile(r"((?:\w+(?:, )?)+(?: \([^)]*\))?): ")
+    """A paragraph as items: of a list, or of parameters, each of which begins a line, or a sentence, by its name."""
     items: list[tuple[str, list[str]]] = []
     for row in rows:
-        start = named.match(row)
-        words = re.findall(r"\w+", start[1].split("(")[0]) if start else []
-        if start and words and words[0] in parameters:
-            items.append(("parameter", [f"**{_plain(start[1])}**: {inline_text(row[start.end() :])}"]))
+        if _is_parameter(row, parameters):
+            items.append(("parameter", [row]))
         elif row.startswith("- "):
-            items.append(("list", [inline_text(row[2:])]))
+            items.append(("list", [row[2:]]))
         elif items and (items[-1][0] != "list" or row.startswith(" ")):
-            items[-1][1].append(inline_text(row.strip()))
+            items[-1][1].append(row.strip())
         else:
-            items.append(("text", [inline_text(row.strip())]))
+            items.append(("text", [row.strip()]))
     lines: list[str] = []
     for kind, texts in items:
         joined = " ".join(texts)
-        if kind == "text":
-            lines += ["", joined, ""]
-        else:
-            lines += [f"- {joined}"]
+        for part in _parameters(joined, parameters) if kind == "parameter" else [joined]:
+            if named := kind == "parameter" and _is_parameter(part, parameters):
+                lines.append(f"- **{_plain(named[1])}**: {inline_text(part[named.end() :].rstrip(';'))}")
+            elif kind == "list":
+                lines.append(f"- {inline_text(part)}")
+            else:
+                lines += ["", inline_text(part), ""]
     return lines
+
+
+def _is_parameter(text: str, parameters: tuple[str, ...]) -> re.Match[str] | None:
+    found = NAMED.match(text)
+    words = re.findall(r"\w+", found[1].split("(")[0]) if found else []
+    return found if words and words[0] in parameters else None
+
+
+def _parameters(text: str, parameters: tuple[str, ...]) -> list[str]:
+    """The parameters that a paragraph tells of, one after the other, and what it says after them."""
+    parts: list[str] = []
+    for part in STARTS.split(text):
+        if parts and not (_is_parameter(part, parameters) or part.startswith(("Raises ", "Source: "))):
+            parts[-1] += f" {part}"
+        else:
+            parts.append(part)
+    return parts
