@@ -186,7 +186,7 @@ def converted(text: str, parameters: tuple[str, ...]) -> list[str]:
 
 NAMED = re.compile(r"((?:\w+(?:, )?)+(?: \([^)]*\))?): ")
 # Where another parameter may begin, or what is raised.
-STARTS = re.compile(r"(?<=[;.]) (?=(?:\w+, )*\w+: |Raises |Source: )")
+STARTS = re.compile(r"(?<=[;.]) (?=(?:\w+, )*\w+(?: \([^)]*\))?: |Raises |Source: )")
 
 
 def _items(rows: list[str], parameters: tuple[str, ...]) -> list[str]:
