@@ -2,6 +2,10 @@
 
 import inspect
 import re
+import sys
+import tomllib
+from functools import cache
+from importlib.metadata import packages_distributions
 
 import pytest
 
@@ -20,8 +24,19 @@ FORMULA = re.compile(r"^```\{formula\} (\S+)\n((?::.*\n)+)", re.MULTILINE)
 ELSEWHERE = re.compile(r"pip install|python -m studies( |$)|python -m studies\.guide|dask|distributed|usdview|blender")
 
 
+@cache
+def undocumented() -> tuple[str, ...]:
+    """The modules that extras beside `docs` bring."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    others = [name for name in extras if name not in ("docs", "test") and f"symmotion[{name}]" not in extras["docs"]]
+    absent = {re.split("[>;[]", needed)[0] for name in others for needed in extras[name]}
+    return tuple(module for module, owners in packages_distributions().items() if absent & {*owners})
+
+
 @pytest.mark.parametrize("name", PAGES)
-def test_every_block_of_a_page_runs(name):
+def test_every_block_of_a_page_runs_with_what_the_extra_docs_brings(name, monkeypatch):
+    for module in undocumented():
+        monkeypatch.setitem(sys.modules, module, None)
     for _block, _shown in run_page(source(name), name):
         pass
 
