@@ -91,6 +91,31 @@ class Section:
         else:
             self._depth[me] -= 1
 
+    def pause(self) -> None:
+        """Between two calls of the library: let a fork that waits come in."""
+        if self._forking and get_ident() in self._depth:
+            with self.left():
+                pass
+
+    def left(self) -> "_Left":
+        """A time, inside or not, during which this thread is not: while code of the caller's runs."""
+        return _Left(self)
+
+
+class _Left:
+    """See `Section.left`."""
+
+    def __init__(self, section: Section):
+        self._section = section
+
+    def __enter__(self) -> None:
+        self._before = self._section._depth.pop(get_ident(), 0)
+
+    def __exit__(self, *_: object) -> None:
+        if self._before:
+            self._section.__enter__()
+            self._section._depth[get_ident()] = self._before
+
 
 def _in_child(renew: Callable[[], None]) -> None:
     if hasattr(os, "register_at_fork"):  # not on Windows, where nothing is forked
@@ -109,5 +134,6 @@ def _open_properties() -> None:
 
 _in_child(_open_properties)
 
-# CasADi's functions and factorisations lock what their threads share, for less than a fork can wait.
-CASADI = Section("CasADi", patience=10.0)
+# CasADi, BLAS and what factorises lock what their threads share. Solvers are inside from the first step to the last one
+# and pause between steps, so that a fork waits for less than it can.
+LIBRARIES = Section("CasADi, BLAS or LAPACK", patience=10.0)

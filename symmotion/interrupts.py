@@ -8,10 +8,10 @@ argument, or where one is about to call back, all of which swallow what is raise
 
 import os
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from threading import current_thread, main_thread
 from types import FrameType
+
+from symmotion.forking import LIBRARIES
 
 _SIGNALS = tuple(signal.valid_signals())
 
@@ -65,23 +65,36 @@ class kept:
         check()
 
 
-@contextmanager
-def raised() -> Iterator[None]:
+class raised:
     """A time, inside of `kept`, during which handlers raise as ever: while a callback of the user's runs."""
-    before = _Kept.active
-    if _main():
-        _Kept.active = False
-    try:
-        check()  # what came before, which a solve in the callback would not know of
-        yield
-    finally:
+
+    # Not a generator, see above.
+    def __enter__(self) -> None:
+        self._before, self._left = _Kept.active, LIBRARIES.left()
+        self._left.__enter__()
         if _main():
-            _Kept.active = before
+            _Kept.active = False
+        try:
+            check()  # what came before, which a solve in the callback would not know of
+        except BaseException:
+            self.__exit__()
+            raise
+
+    def __exit__(self, *_: object) -> None:
+        if _main():
+            _Kept.active = self._before
+        self._left.__exit__()
 
 
 def pending() -> bool:
     """Whether `check` would raise."""
     return _Kept.error is not None and _main()
+
+
+def step() -> None:
+    """Between two steps of a solver, which holds no locks there: `check`, and let forks of other threads come in."""
+    LIBRARIES.pause()
+    check()
 
 
 def check() -> None:

@@ -101,6 +101,35 @@ def test_a_fork_waits_for_a_patient_section_and_nobody_enters_meanwhile():
     assert seen == [False] and entered.is_set()
 
 
+def test_a_fork_comes_in_where_a_thread_pauses_or_has_left():
+    section, stop, inside = Section("a library", patience=30.0), threading.Event(), threading.Event()
+
+    def steps():
+        with section, section:
+            while not stop.is_set():
+                inside.set()
+                section.pause()
+            entered.append(section._depth[threading.get_ident()])
+
+    def callback():
+        with section, section.left():
+            inside.set()
+            stop.wait()
+
+    entered: list[int] = []
+    for work in (steps, callback):
+        stop.clear()
+        inside.clear()
+        thread = threading.Thread(target=work)
+        thread.start()
+        inside.wait()
+        assert [child(lambda: enter(section)) for _ in range(3)] == [WORKED] * 3
+        stop.set()
+        thread.join()
+    assert entered == [2]
+    assert not section._depth
+
+
 def test_a_fork_that_waits_in_vain_is_refused():
     section = Section("a library", patience=0.05)
     leave = held(section)

@@ -23,6 +23,8 @@ from studies.solving.scaling_tables import (
 from studies.solving.scaling_worker import ANGLE, SEED, Budget, Measurement, Nursery, case, measure
 from symmotion.report import Run, Study, StudyOptions, StudyResult
 
+NOISE = 0.1  # of a time: less growth between two sizes cannot be told from none
+
 
 @dataclass(frozen=True)
 class Extent:
@@ -97,7 +99,7 @@ def _expected(pair: Sequence[Measurement], size: int) -> float | None:
     if len(pair) < 2:
         return None
     (few, brief), (many, long) = ((m.keyframes, m.run.seconds.total) for m in pair)
-    return long + (size - many) * (long - brief) / (many - few)
+    return long + (size - many) * max(long - brief, NOISE * long) / (many - few)
 
 
 def _answer(measured: Sequence[Measurement], division: Division) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 
 from symmotion import interrupts
 from symmotion.errors import plain
-from symmotion.forking import ForkedLock
+from symmotion.forking import LIBRARIES, ForkedLock
 from symmotion.kernels import hessians, kernel, listing, source
 from symmotion.kernels.cache import CHECKSUM, Unusable, cache_directory, keep, opened, place
 from symmotion.kernels.listing import NODES, Listing, machine_source
@@ -31,7 +31,7 @@ PATIENCE = 120  # seconds; the largest kernels take some
 LOOK = 0.1  # seconds between two looks at whether a compiler is still wanted
 LARGEST = 13_000  # instructions: compilers take more than proportionally long, 10 s for these; more are listed
 LISTED = ".list"  # what files of lists are called
-_BUILDING = ForkedLock(LOOK, interrupts.check)
+_BUILDING = ForkedLock(LOOK, interrupts.step)
 
 
 class MachineFunction:
@@ -193,6 +193,7 @@ def _failure(call: Sequence[str], directory: Path) -> str:
                     said = running.communicate(timeout=LOOK)[1]
                     break
                 except subprocess.TimeoutExpired:
+                    LIBRARIES.pause()
                     if interrupts.pending():
                         raise _Interrupted from None
                     if monotonic() > end:

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from symmotion import interrupts
-from symmotion.forking import CASADI
+from symmotion.forking import LIBRARIES
 from symmotion.kernels.compiled import LARGEST, Machine, has_compiler, load
 from symmotion.kernels.kernel import Kernel
 
@@ -119,10 +119,11 @@ class Mapped:
         size = -(-elements // rounds) * multiple
         self._chunks = [slice(start, min(start + size, count)) for start in range(0, count, size)] if size else []
         threads = min(threads, max(1, 2 * len(self._chunks) // THREADS_FROM))
-        self._workers = [
-            _Compiled(function, size) if isinstance(function, Machine) else _Interpreted(function, size)
-            for _ in range(threads)
-        ]
+        with LIBRARIES:
+            self._workers = [
+                _Compiled(function, size) if isinstance(function, Machine) else _Interpreted(function, size)
+                for _ in range(threads)
+            ]
 
     def __repr__(self) -> str:
         return f"Mapped({self.count} nodes, {'compiled' if self.compiled else 'interpreted'})"
@@ -145,16 +146,15 @@ class Mapped:
                 use(nodes, worker(contiguous, nodes))
 
         self._use.nodes += self.count
-        if len(self._workers) == 1:
-            return work(self._workers[0], self._chunks)
         share = -(-len(self._chunks) // len(self._workers))
         parts = [self._chunks[k * share : (k + 1) * share] for k in range(len(self._workers))]
-        pool = _pool(len(self._workers), os.getpid())
-        rest = [pool.submit(work, *pair) for pair in zip(self._workers[1:], parts[1:], strict=True)]
-        try:
-            work(self._workers[0], parts[0])
-        finally:
-            wait(rest)  # an interrupt must not leave them writing into arrays that are used again
+        with LIBRARIES:  # for the other threads too
+            pairs = zip(self._workers[1:], parts[1:], strict=True)
+            rest = [_pool(len(self._workers), os.getpid()).submit(work, *pair) for pair in pairs]
+            try:
+                work(self._workers[0], parts[0])
+            finally:
+                wait(rest)  # an interrupt must not leave them writing into arrays that are used again
         for future in rest:
             future.result()
 
@@ -220,8 +220,7 @@ class _Interpreted:
         for array, values in zip(self._inputs, inputs, strict=True):
             if values is not None and array.size:
                 array[:count] = values[nodes]
-        with CASADI:
-            self._call()
+        self._call()
         return [array[:count] for array in self._outputs]
 
 

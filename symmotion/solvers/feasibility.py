@@ -43,7 +43,7 @@ def find_feasible(frame: Frame, x: np.ndarray) -> Found:
     values, violation = frame.values(x), evaluator.violation(x)
     forces = np.zeros_like(violation)
     for _ in range(STEPS):
-        interrupts.check()
+        interrupts.step()
         outside, system = frame.outside(values), frame.system(x)
         missed = max(largest(outside), largest(violation))
         if missed <= NONE:

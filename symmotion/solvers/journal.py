@@ -112,7 +112,7 @@ class Journal:
 
         Raises what a signal's handler raised meanwhile, such as KeyboardInterrupt.
         """
-        interrupts.check()
+        interrupts.step()
         if self._stopped:
             return Status.STOPPED, "the callback returned True"
         if self.left <= 0:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from symmotion import interrupts
+from symmotion.forking import LIBRARIES
 from symmotion.program import Evaluator
 from symmotion.solvers.journal import Journal
 from symmotion.solvers.solution import Iteration
@@ -78,6 +79,7 @@ class NumericFunction(ca.Callback):
 
     def eval_buffer(self, arg: Sequence[memoryview | None], res: Sequence[memoryview | None]) -> int:
         values: Sequence[np.ndarray | float] = [np.nan] * len(res)
+        LIBRARIES.pause()
         if not self._kept.over:
             try:
                 given = [_numbers(a, size) for a, (_, size) in zip(arg, self._inputs, strict=True)]

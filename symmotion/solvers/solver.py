@@ -9,6 +9,7 @@ import numpy as np
 from symmotion import interrupts
 from symmotion.checks import array
 from symmotion.errors import InputError
+from symmotion.forking import LIBRARIES
 from symmotion.program import DesignT, Evaluator, Program
 from symmotion.program.program import require_program
 from symmotion.solvers.journal import Failure
@@ -51,14 +52,14 @@ class Solver(Judged, Protocol):
 
 
 def solving(function: Callable[P, T]) -> Callable[P, T]:
-    """A solver's method `solve`: what is not finite is told by the status, and Ctrl-C comes between its steps.
+    """A solver's method `solve`: what is not finite is told by the status; Ctrl-C and forks come between its steps.
 
     The steps call `Journal.ending`, or `interrupts.check`.
     """
 
     @wraps(function)
     def guarded(*arguments: P.args, **options: P.kwargs) -> T:
-        with interrupts.kept(), np.errstate(all="ignore"):
+        with LIBRARIES, interrupts.kept(), np.errstate(all="ignore"):
             return function(*arguments, **options)
 
     return guarded

@@ -5,7 +5,7 @@ from contextlib import redirect_stderr
 from threading import get_ident
 from typing import Any, TextIO
 
-from symmotion.forking import CASADI, ForkedLock
+from symmotion.forking import LIBRARIES, ForkedLock
 
 # There is one sys.stderr: two threads that replaced it at the same time would put back each other's.
 _REPLACED = ForkedLock()
@@ -33,7 +33,7 @@ class overheard:
 
     # Not a generator: a forked child closes those of other threads, and this one would put back their stderr.
     def __enter__(self) -> list[str]:
-        CASADI.__enter__()
+        LIBRARIES.__enter__()
         _REPLACED.__enter__()
         listener: Any = _Listener(sys.stderr)  # Any: a stream by what it answers to
         self._redirected = redirect_stderr(listener)
@@ -43,4 +43,4 @@ class overheard:
     def __exit__(self, *_: object) -> None:
         self._redirected.__exit__(None, None, None)
         _REPLACED.__exit__()
-        CASADI.__exit__()
+        LIBRARIES.__exit__()

@@ -14,7 +14,7 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, splu
 
 from symmotion.brief import in_a_line
 from symmotion.errors import InputError
-from symmotion.forking import CASADI
+from symmotion.forking import LIBRARIES
 from symmotion.program.evaluate import Evaluator, Pattern
 from symmotion.program.program import Program
 from symmotion.systems.complaints import overheard
@@ -342,5 +342,5 @@ class Saddle:
         return projected, float(np.abs(hessian.diagonal() * unit**2).max())
 
     def _apply(self, regular: ca.DM, rhs: np.ndarray) -> np.ndarray:
-        with CASADI:
+        with LIBRARIES:
             return np.asarray(self._solver.solve(regular, ca.DM(rhs))).ravel()

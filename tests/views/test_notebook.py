@@ -192,7 +192,7 @@ def test_names_are_text_and_nothing_else():
 
 
 def test_many_keyframes_stay_small():
-    keyframes = sm.examples.random_keyframes(10_000, 40, 1)
+    keyframes = sm.examples.random_keyframes(2_000, 40, 1)
     program = sm.affine_program(keyframes)
     # Unsolved: what is shown is as much either way.
     solution = sm.ExactNewton(max_iterations=1).solve(program)
@@ -203,7 +203,7 @@ def test_many_keyframes_stay_small():
         sm.solvers.Comparison(program, (solution,)),
     ):
         shown(thing)
-    turns = sm.quaternions.interpolate_quaternions(np.arange(2000.0), Rotation.random(2000, random_state=1))
+    turns = sm.quaternions.interpolate_quaternions(np.arange(500.0), Rotation.random(500, random_state=1))
     shown(turns)
 
 
