@@ -9,7 +9,7 @@ import numpy as np
 from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 
-Cell = str | int | float | bool | None
+Cell = str | int | float | bool | None  # of a table; None is missing
 # A time is far from 0 where it is so many times as large as the span of all: seconds from 1970 are.
 FAR = 100.0
 MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times

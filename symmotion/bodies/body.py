@@ -141,6 +141,7 @@ class Body:
         return np.argmax((vertices - vertices.mean(axis=0)) @ directions.T, axis=0)
 
 
+# What `Body.of` takes.
 Shape: TypeAlias = Body | Meshed | Triangulated | ArrayLike | Sequence[ArrayLike]
 
 

@@ -14,6 +14,7 @@ class CurveJet:
     """A curve and its derivatives at one parameter, as CasADi expressions.
 
     derivatives: orders 0 … 3 of x, a column (D, 1) for points, a matrix where the curve's values are; t: the parameter.
+    By name they are x, dx, ddx, dddx.
 
     >>> steep = sm.JetEnergy(lambda jet: jet.ddx, squares=True, label="bending")
     >>> round(sm.measure(sm.curves.bezier([[0.0], [1.0], [0.0]]), steep), 6)

@@ -15,7 +15,7 @@ from symmotion.forking import LIBRARIES
 from symmotion.kernels.compiled import LARGEST, Machine, has_compiler, load
 from symmotion.kernels.kernel import Kernel
 
-Kernels = Literal["auto", "compiled", "interpreted"]
+Kernels = Literal["auto", "compiled", "interpreted"]  # how kernels are run; what each does: `kernel_function`
 CHUNK = 131072  # numbers that a chunk reads and writes: 1 MB
 COMPILE_FROM = 20_000  # nodes of R from which a solve or two repay the compiler: study `kernels`
 COMPILE_AFTER = (

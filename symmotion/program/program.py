@@ -18,7 +18,7 @@ from symmotion.program.everywhere import Everywhere
 from symmotion.program.quadrature import Quadrature
 from symmotion.program.state import made_of
 
-MotionT = TypeVar("MotionT", covariant=True)
+MotionT = TypeVar("MotionT", covariant=True)  # of a design: what its unknowns read as
 DesignT = TypeVar("DesignT", covariant=True, bound="Design[object]")
 # By constraint. Any: arrays, pairs of them or numbers, as the design shows them.
 Multipliers: TypeAlias = Mapping[str, Any]

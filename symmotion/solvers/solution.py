@@ -199,7 +199,8 @@ class Solution(Generic[DesignT]):
     interrupted: whether a callback or the time limit ended it, with a solution or without, so that it may end
     elsewhere another time. claimed: whether the solver itself reported success, whatever the certificate says of it.
 
-    status, certificate, seconds: how it ended, what symmotion computed there, and how long it took. Raises
+    status, certificate, seconds: how it ended, what symmotion computed there, and how long it took. Of the certificate
+    `objective`, `stationarity`, `violation` and `inertia` stand here too. Raises
     InputError where the motion of several bodies is asked for as one.
 
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()

@@ -77,7 +77,7 @@ class System(Protocol[Factor]):
 
 # For whoever only hands a factor back to the system that made it. Any: known to that system only.
 AnyFactor: TypeAlias = Any
-AnySystem: TypeAlias = System[AnyFactor]
+AnySystem: TypeAlias = System[AnyFactor]  # condensed or saddle
 
 
 def shifted(
