@@ -14,7 +14,7 @@ from studies.__main__ import discover
 from studies.guide.building import reference
 from studies.guide.building.formulas import ROOT, lines_of
 from studies.guide.building.gallery import SHOWN, TITLES
-from studies.guide.building.pages import linked, source, sources
+from studies.guide.building.pages import WIDE, linked, source, sources
 from studies.guide.building.running import PageError, blocks, run_page
 from studies.guide.building.signatures import signature
 
@@ -53,6 +53,11 @@ def test_what_a_page_names_is_there(name):
         page = (ROOT / "studies/guide/pages" / name).parent / target
         made = page.relative_to(ROOT / "studies/guide/pages").parts[0] in ("gallery", "reference")
         assert made or page.is_file(), target
+
+
+def test_code_is_no_wider_than_a_page():
+    wide = [(n, line) for n in PAGES for b in blocks(source(n)) for line in b.code.splitlines() if len(line) > WIDE]
+    assert wide == []
 
 
 def test_few_blocks_run_elsewhere_and_say_why():
