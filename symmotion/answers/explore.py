@@ -94,8 +94,8 @@ class Exploration(Generic[DesignT]):
         lost = self.led.count(-1)
         lines += [f"  none: {lost} starts"] * (lost > 0)
         lines.append(
-            f"  random starts: {self.draws}, which led to {_minima(self.drawn)}; expected unseen {self.unseen:.3g}, with "
-            f"{100 * self.unseen_share:.3g} % of the starts. This says nothing of how low they are"
+            f"  random starts: {self.draws}, which led to {_minima(self.drawn)}; expected unseen {self.unseen:.3g}, "
+            f"with {100 * self.unseen_share:.3g} % of the starts. This says nothing of how low they are"
         )
         return "\n".join(lines)
 

@@ -99,6 +99,8 @@ class Mapped:
     count: nodes in all; multiple: nodes that must stay in one chunk; threads: at most so many
     work on it at once. Every node's numbers are the same whatever the chunks and threads.
 
+    A call raises ValueError for arrays of other shapes, and where one that the function reads is missing.
+
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
     >>> mapped = sm.kernels.Mapped(function, 30)
