@@ -15,7 +15,7 @@ from symmotion.forking import LIBRARIES
 from symmotion.kernels.compiled import LARGEST, Machine, has_compiler, load
 from symmotion.kernels.kernel import Kernel
 
-Kernels = Literal["auto", "compiled", "interpreted"]
+Kernels = Literal["auto", "compiled", "interpreted"]  # how kernels are run; what each does: `kernel_function`
 CHUNK = 131072  # numbers that a chunk reads and writes: 1 MB
 COMPILE_FROM = 20_000  # nodes of R from which a solve or two repay the compiler: study `kernels`
 COMPILE_AFTER = (
@@ -31,6 +31,8 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     kernels: "compiled" compiles what the cache lacks, "interpreted" leaves the cache alone,
     "auto" takes what is in the cache, and compiles for programs that repay it at once and what many small ones
     have used so often that the compiler would have been repaid.
+
+    kind: its name; kernel: what it is derived from.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
@@ -64,6 +66,8 @@ def _use(function: ca.Function) -> _Use:
 def is_compilable(kernel: Kernel, kind: str) -> bool:
     """Whether one of the functions of `derive` is short enough for a compiler.
 
+    kind: the name of that function, such as "value" or "hessian".
+
     >>> sm.kernels.is_compilable(sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel, "hessian")
     True
     """
@@ -94,6 +98,8 @@ class Mapped:
 
     count: nodes in all; multiple: nodes that must stay in one chunk; threads: at most so many
     work on it at once. Every node's numbers are the same whatever the chunks and threads.
+
+    A call raises ValueError for arrays of other shapes, and where one that the function reads is missing.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")

@@ -18,7 +18,7 @@ from symmotion.program.everywhere import Everywhere
 from symmotion.program.quadrature import Quadrature
 from symmotion.program.state import made_of
 
-MotionT = TypeVar("MotionT", covariant=True)
+MotionT = TypeVar("MotionT", covariant=True)  # of a design: what its unknowns read as
 DesignT = TypeVar("DesignT", covariant=True, bound="Design[object]")
 # By constraint. Any: arrays, pairs of them or numbers, as the design shows them.
 Multipliers: TypeAlias = Mapping[str, Any]
@@ -255,6 +255,8 @@ class Target:
 @dataclass(frozen=True, eq=False)
 class Targets:
     """What a program knows of `count` affine positions in d dimensions, d² + d coordinates each, rows of A first.
+
+    places: the conditions that hold coordinates of positions, and which.
 
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> program.design.targets(program)["keyframes"].dimension
@@ -575,3 +577,10 @@ class Program(Generic[DesignT]):
         return "\n".join(lines)
 
     __repr__ = __str__
+
+
+def require_program(value: object) -> Program:
+    """The value; InputError unless it is a program."""
+    if not isinstance(value, Program):
+        raise InputError(f"program of type {type(value).__name__}: what affine_program and its like return is needed")
+    return value

@@ -117,11 +117,14 @@ class HessianTriangle:
 def kkt_pattern(program: Program) -> sparse.csr_array:
     """(unknowns + conditions)² where the saddle matrix [[H, Jᵀ], [J, 0]] can differ from zero, as a boolean array.
 
+    Raises InputError for what is no program.
+
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> sm.systems.kkt_pattern(program).shape == (program.unknowns + program.conditions,) * 2
     True
     """
-    triangle, jacobian = HessianTriangle.of(program), Evaluator(program).jacobian(program.x0)
+    jacobian = Evaluator(program).jacobian(program.x0)
+    triangle = HessianTriangle.of(program)
     hessian = triangle.full(np.ones(triangle.pattern.size), program.unknowns)
     return sparse.csr_array(sparse.block_array([[hessian, jacobian.T], [jacobian, None]]) != 0)
 
