@@ -72,9 +72,9 @@ def orientation_program(
 ) -> "Program[OrientationDesign]":
     """The orientation motion of least torque, or otherwise best, through keyframes: KKS 6.1 leave it open.
 
-    Minimise `objective` over the control quaternions of a B-spline quaternion curve, subject to |q_j|² = 1,
-    2 log(q_i⁻¹ q(t_i)) = 0 and the constraints. The multipliers of "keyframes" (M, 3) tell what turning one
-    costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
+    Minimise `objective` over the control quaternions q_j of a B-spline quaternion curve and the increments ω_j between
+    them, subject to |q_j|² = 1, q_{j−1} exp(ω_j) = q_j, 2 log(q_i⁻¹ q(t_i)) = 0 and the constraints. The multipliers
+    of "keyframes" (M, 3) tell what turning one costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
 
     keys: rigid `Keyframes` in space, whose rotations are taken; or times (M,) increasing, beside
         quaternions: (M, 4), scalar first unless `scalar_first` says else, or a SciPy `Rotation`. As far apart as in

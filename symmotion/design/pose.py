@@ -57,8 +57,8 @@ def pose_program(
 ) -> "Program[PoseDesign]":
     """The rigid motion of least torque and bending, or otherwise best, through poses, as one program.
 
-    Minimise `objective` over control quaternions and control points, subject to unit norms, both halves of every
-    keyframe, and the constraints.
+    Minimise `objective` over control quaternions, the increments between them and control points, subject to unit
+    norms, to where the increments lead, both halves of every keyframe, and the constraints.
 
     keys: rigid `Keyframes` in space; or times (M,), beside quaternions: (M, 4) scalar first, or a
         `Rotation`, and translation: (M, 3); or a `RigidTransform`, which has both.

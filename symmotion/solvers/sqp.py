@@ -10,6 +10,7 @@ from symmotion.solvers.journal import Journal
 from symmotion.solvers.solution import Iteration
 from symmotion.systems import AnyFactor, Saddle, largest, reach, shifted, tenfold
 
+EPS = float(np.finfo(float).eps)
 RIDGE = 1e-8
 # The share of the linearised violation that the merit's slope must at least account for.
 ACCOUNTED = 0.5
@@ -83,12 +84,14 @@ class Curved:
 
     def settled(self, point: Point, factor: AnyFactor) -> bool:
         jacobian, unit = self.system.jacobian, self.evaluator.program.unit
-        right = np.concatenate([-point.gradient, -self._violation])
-        solution = self.journal.timed(self.system.solve, factor, right)
-        point.step, self._wanted = solution[: self.system.n], solution[self.system.n :]
-        missed = largest(self._violation / reach(jacobian, unit))
+        # For the change of the multipliers: beside what these carry of the gradient a small step would be rounding.
         residual = point.gradient + jacobian.T @ self.multipliers
-        mismatch = largest(unit * (jacobian.T @ (self._wanted - self.multipliers)))
+        right = np.concatenate([-residual, -self._violation])
+        solution = self.journal.timed(self.system.solve, factor, right)
+        point.step, change = solution[: self.system.n], solution[self.system.n :]
+        self._wanted = self.multipliers + change
+        missed = largest(self._violation / reach(jacobian, unit))
+        mismatch = largest(unit * (jacobian.T @ change))
         tolerance = CLEARLY * self._enough.tolerance
         return (
             missed <= tolerance
@@ -151,7 +154,7 @@ class Curved:
     ) -> tuple[np.ndarray, float, float]:
         """The point accepted along a step, the length of the step and the merit there."""
         length, onto = 1.0, self.evaluator.program.normalised
-        rounding = 1e-14 * (abs(merit) + 1e-300)
+        rounding = 1e-14 * (abs(merit) + 1e-300) + EPS * self._penalty * self.system.m
         while True:
             enough = merit + 1e-4 * length * min(slope, 0.0) + rounding
             point = plain = onto(self.x + length * step)

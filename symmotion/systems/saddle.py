@@ -312,11 +312,11 @@ class Saddle:
         own = sparse.csr_array(self.unit[:, None] * hessian * self.unit)
         d = self.unit * scaling(own.diagonal(), np.asarray(abs(own).max(axis=1).todense()).ravel(), SLIGHT)
         scaled = sparse.csr_array(d[:, None] * hessian * d)
-        rows = sparse.csr_array(jacobian * d)
+        rows, rounding = sparse.csr_array(jacobian * d), self.n * EPS * float(abs(scaled).max())
         if self.n <= DENSE:
             # The factorisation of the steps does not pivot: it may miss what is small.
             basis = la.qr(rows.toarray().T)[0][:, self.m :]
-            found = dense_curvature(basis.T @ (scaled @ basis), self.n * EPS * float(abs(scaled).max()))
+            found = dense_curvature(basis.T @ (scaled @ basis), rounding)
             return found if found.direction is None else Curvature("indefinite", d * (basis @ found.direction))
         size = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
         rows = sparse.csr_array(rows / np.where(size > 0, size, 1.0)[:, None])
@@ -327,7 +327,7 @@ class Saddle:
             if y is None:
                 return POSITIVE
             along = y if normal is None else y - rows.T @ normal.solve(rows @ y)
-            if along @ (scaled @ along) < -self.n * EPS * float(along @ along):
+            if along @ (scaled @ along) < -rounding * float(along @ along):
                 lowest = lowest_curvature(*self._projected(hessian))
                 return Curvature("indefinite", d * along if lowest is None else self.unit * lowest)
         return UNKNOWN
