@@ -38,6 +38,8 @@ class InputError(ValueError):
 class SolveError(RuntimeError):
     """Raised by `Solution.require`: the program was not solved to the tolerance asked for.
 
+    message: the reason, of the certificate or of the solver.
+
     >>> try:
     ...     sm.ExactNewton(max_iterations=1).solve(sm.affine_program(sm.examples.planar_keyframes())).require()
     ... except sm.SolveError as error:

@@ -99,6 +99,8 @@ def load(path: str | os.PathLike[str]) -> Saved:
     `write_two_parameter` is too, and what these wrote in 0.1.0. Nothing in a file is executed.
     Raises InputError that names the file and the entry at fault.
 
+    path: of the file.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> motion.save("motion.json")
     >>> sm.load("motion.json") == motion

@@ -9,7 +9,7 @@ import numpy as np
 from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 
-Cell = str | int | float | bool | None
+Cell = str | int | float | bool | None  # of a table; None is missing
 # A time is far from 0 where it is so many times as large as the span of all: seconds from 1970 are.
 FAR = 100.0
 MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times
@@ -41,6 +41,8 @@ class Column:
 @dataclass(frozen=True)
 class Table:
     """Rows of text, numbers, truth values or None (missing), one cell per column; NumPy scalars become plain ones.
+
+    name: one of its own in a study; caption: above it.
 
     Raises InputError for rows of other lengths than the columns, and for ends of intervals in the first one.
 

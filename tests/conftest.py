@@ -1,4 +1,5 @@
 import os
+import shutil
 
 import pytest
 
@@ -14,3 +15,18 @@ def kernel_cache(tmp_path_factory):
     cache = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "kernels"
     cache.mkdir(exist_ok=True)
     os.environ["SYMMOTION_CACHE"] = str(cache)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    found = filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome")))
+    executable = next(found, None)
+    if executable is None:
+        pytest.skip("no Chromium is installed")
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"]
+    with playwright.sync_playwright() as run:
+        # Playwright starts it on an empty profile of its own.
+        chromium = run.chromium.launch(executable_path=executable, args=options)
+        yield chromium
+        chromium.close()

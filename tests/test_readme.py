@@ -1,11 +1,12 @@
 import re
-import tomllib
+import runpy
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-README = Path(__file__).parents[1] / "README.md"
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
 EXAMPLES = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
 
 
@@ -26,13 +27,18 @@ def test_readme_is_short_and_its_commands_stand_in_the_order_they_run():
     ]
 
 
-def test_pictures_have_absolute_addresses_as_soon_as_the_project_has_one():
+def test_on_a_package_index_the_picture_that_moves_and_all_links_have_absolute_addresses():
+    readme = runpy.run_path(str(ROOT / "setup.py"))["readme"]
     text = README.read_text(encoding="utf-8")
-    pictures = re.findall(r"!\[[^]]*\]\(([^)]+)\)", text)
-    project = tomllib.loads((README.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    addresses = tuple(project.get("urls", {}).values())
-    assert pictures and all(p.startswith(addresses) if addresses else (README.parent / p).is_file() for p in pictures)
-    assert "@keyframes" in (README.parent / re.sub(r"^https?://.*/(?=studies/)", "", pictures[0])).read_text()
+    assert readme(text, "") == text
+    shown = readme(text, "https://example.org/symmotion/")
+    pictures = re.findall(r"!\[[^]]*\]\(([^)]+)\)", shown)
+    assert len(pictures) == 1 and pictures[0].startswith("https://example.org/symmotion/raw/HEAD/")
+    path = ROOT / pictures[0].removeprefix("https://example.org/symmotion/raw/HEAD/")
+    assert "@keyframes" in path.read_text(encoding="utf-8")
+    targets = re.findall(r"\]\(([^)]+)\)", shown)
+    assert len(targets) > 10 and all(target.startswith("https://") for target in targets)
+    assert shown.count("https://example.org/") == len(targets) and readme(shown, "https://other.org") == shown
 
 
 def test_readme_names_public_faces_and_files_that_exist():

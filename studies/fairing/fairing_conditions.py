@@ -100,11 +100,11 @@ def _keyframe_table(rows: list[tuple[float, ...]]) -> Table:
     columns = (
         Column("keyframes"),
         Column("G, median"),
-        Column("least"),
-        Column("largest"),
+        Column("least", end=True),
+        Column("largest", end=True),
         Column("over that without, median"),
-        Column("least ratio"),
-        Column("largest ratio"),
+        Column("least ratio", end=True),
+        Column("largest ratio", end=True),
     )
     return Table("keyframes", columns, table, f"Least squares with w = 1, {len(rows)} nets.")
 
@@ -112,7 +112,7 @@ def _keyframe_table(rows: list[tuple[float, ...]]) -> Table:
 def _border_table(rows: list[list[float]]) -> Table:
     values = np.array(rows)
     table = tuple((b, *middling(values[:, k])) for k, b in enumerate(BORDERS))
-    columns = (Column("border"), Column("G, median"), Column("least"), Column("largest"))
+    columns = (Column("border"), Column("G, median"), Column("least", end=True), Column("largest", end=True))
     return Table("borders", columns, table, f"All four sides, weight by the discrepancy, {len(rows)} nets.")
 
 
@@ -127,8 +127,8 @@ def _amount_table(rows: list[tuple[float, ...]]) -> Table:
     columns = (
         Column("weight by"),
         Column("error, RMS, median", "°"),
-        Column("least", "°"),
-        Column("largest", "°"),
+        Column("least", "°", end=True),
+        Column("largest", "°", end=True),
         Column("weight, median"),
     )
     return Table("how much", columns, table, "Error of the control rotations against the true net, which has ripples.")

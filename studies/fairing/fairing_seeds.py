@@ -181,8 +181,8 @@ def _forms_table(found: Seeds) -> Table:
         Column("a step as a program", "µs"),
         Column("all steps, closed form", "µs"),
         Column("ratio of all"),
-        Column("from"),
-        Column("to"),
+        Column("from", end=True),
+        Column("to", end=True),
         Column("nets apart by"),
     )
     caption = (
@@ -212,8 +212,8 @@ def _equal_table(found: Seeds) -> Table:
         Column("lower quartile"),
         Column("upper quartile"),
         Column("G / least squares'"),
-        Column("from"),
-        Column("to"),
+        Column("from", end=True),
+        Column("to", end=True),
         Column("fairer"),
         Column("less fair"),
         Column("p"),
@@ -257,15 +257,25 @@ def figure(found: Seeds) -> Figure:
 def told(found: Seeds) -> str:
     """What was found, in a paragraph."""
     count = found.extent.seeds
-    steps = [f"{method} {spread(values, 4)} with {spacing} knots" for (spacing, method), values in found.steps.items()]
-    level = found.extent.levels[-1]
+    steps = [
+        f"{method} {spread(values, 4).replace('inf', 'never')} with {spacing} knots"
+        for (spacing, method), values in found.steps.items()
+    ]
+
+    def of_all(level: float, method: str) -> np.ndarray:
+        return np.concatenate([found.equal[s, level, method] for s in SPACINGS])
+
+    # The displacement that most nets have by every method.
+    level = max(found.extent.levels, key=lambda v: sum(np.isfinite(of_all(v, m)).sum() for m in LOCAL))
     worse = []
     for method in LOCAL:
-        pairs = [(found.equal[s, level, method], found.equal[s, level, "least squares"]) for s in SPACINGS]
-        values, least = (np.concatenate(part) for part in zip(*pairs, strict=True))
+        values, least = of_all(level, method), of_all(level, "least squares")
         had = np.isfinite(values)
         middle, low, high = ratio(values[had], least[had])
-        worse.append(f"{method} steps have {middle:.3g} ({low:.3g}–{high:.3g}) times the G of least squares")
+        worse.append(
+            f"{method} steps have {middle:.3g} ({low:.3g}–{high:.3g}) times the G of least squares on "
+            f"{had.sum()} of {len(had)} nets"
+        )
     text = (
         f"Over {count} seeds of noise and three knot spacings, median (least–most), the target takes "
         f"{'; '.join(steps)}."

@@ -73,7 +73,7 @@ def multipliers_table(nets: list[TwoParameterMotion]) -> Table:
         (name, float(np.median(v)), float(np.min(v)), float(np.max(v)))
         for name, v in zip(names, np.array(found).T, strict=True)
     )
-    columns = (Column("what"), Column("median"), Column("least"), Column("largest"))
+    columns = (Column("what"), Column("median"), Column("least", end=True), Column("largest", end=True))
     return Table("multipliers", columns, rows, f"{len(nets)} nets, 1500 greedy steps, the best net of them.")
 
 

@@ -109,8 +109,8 @@ def pareto_table(points: list[Point]) -> Table:
         Column("method"),
         Column("nets × levels"),
         Column("G over that of least squares, median"),
-        Column("least"),
-        Column("largest"),
+        Column("least", end=True),
+        Column("largest", end=True),
         Column("error, RMS, median", "°"),
     )
     caption = (

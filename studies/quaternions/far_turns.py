@@ -14,9 +14,9 @@ ENDS = ("natural", "clamped", "periodic")
 def far_turns(options: StudyOptions) -> tuple[Table, str]:
     """Shares of curves found by ratio of intervals, and in a sentence the one at the largest ratio.
 
-    The long form has 300 cases a ratio in place of 6, and the ratio 1,000.
+    The long form has 300 cases a ratio in place of 3, one for each way to end, and the ratio 1,000.
     """
-    cases, rows, told = (300, [], "") if options.full else (6, [], "")
+    cases, rows, told = (300, [], "") if options.full else (len(ENDS), [], "")
     for ratio in (*RATIOS, 1000.0) if options.full else RATIOS:
         options.progress(f"far turns at intervals uneven by {ratio:g}")
         found, over = 0, []

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial.transform import RotationSpline
 
 import symmotion as sm
+from studies.quaternions.uneven_torque import uneven_torque
 from studies.shares import spread
 from symmotion.bodies import wedge
 from symmotion.motions.interpolants import shoemake_bezier, shoemake_interpolant, squad
@@ -29,6 +30,7 @@ def run(options: StudyOptions) -> StudyResult:
     knots, more = _knots()
     options.progress("a rate bound")
     bounded, figure, moving, last = _bounded()
+    uneven, surely = uneven_torque(options)
     polygons: list[tuple[Any, ...]] = list(bezier.rows)
     first, short = polygons[0], next(r for r in polygons if r[0] == 150)
     inside = [r[0] for r in polygons if r[1] is not None and abs(r[1] - 1) <= 0.05]
@@ -60,14 +62,14 @@ def run(options: StudyOptions) -> StudyResult:
         f"and SciPy's "
         f"RotationSpline {gains[90][4]:.4g} (medians).\n\n"
         f"With moments of inertia 1, 2, 2.5 the optimum falls from {falls[0][2]:.6g} with one knot per interval to "
-        f"{falls[-1][2]:.6g} with eight; the C² spline needs {falls[-1][4]:.4g} times as much. {bounded}"
+        f"{falls[-1][2]:.6g} with eight; the C² spline needs {falls[-1][4]:.4g} times as much. {bounded}\n\n{surely}"
     )
     c2, shoemakes, squads, _ = (spread(found, 4) for found in zip(*ratios[90], strict=True))
     answer = (
         f"Through keyframes 90° apart the C² quaternion spline needs {c2} times the least torque energy, Shoemake's "
         f"curve {shoemakes}, squad {squads}, over {len(ratios[90])} random sets."
     )
-    tables, runs = (bezier, interpolants, knots), (*runs, *more, *last)
+    tables, runs = (bezier, interpolants, knots, uneven), (*runs, *more, *last)
     return StudyResult(tables, (figure,), runs, conclusion, players=(moving,), answer=answer)
 
 

@@ -181,7 +181,8 @@ def _said_of_curves(counted: dict[str, np.ndarray]) -> str:
 def where_solvers_end(runs: list[Run]) -> str:
     """Where the solvers ended, in a sentence."""
     apart = [
-        f"{a.case} ({a.method} {a.objective:.6g}, {b.method} {b.objective:.6g}, inertia {a.inertia} and {b.inertia})"
+        f"{a.case} (objective: {a.method} {a.objective:.6g}, {b.method} {b.objective:.6g}; "
+        f"inertia {a.inertia} and {b.inertia})"
         for a, b in zip(runs[::2], runs[1::2], strict=True)
         if abs((a.objective or 0) - (b.objective or 0)) > 1e-6 * abs(a.objective or 1)
     ]

@@ -146,6 +146,8 @@ def noise_of(solution: Solution) -> tuple[float, float]:
 
     Σ rᵢ² divided by the number of residuals less the trace of ∂fitᵢ/∂sampleᵢ.
 
+    solution: of a `fit_program`.
+
     Raises InputError where the fit leaves no degree of freedom to tell noise from.
 
     >>> samples = sm.examples.recorded_tour(100)

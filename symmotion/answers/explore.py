@@ -15,9 +15,10 @@ from symmotion.answers.starts import HOP, RANDOM, FromStart, Start, drawn, settl
 from symmotion.batches import Failed, own_processes, solve_many
 from symmotion.errors import InputError
 from symmotion.program import DesignT, Program
+from symmotion.program.program import require_program
 from symmotion.solvers import ExactNewton, Solution, Solver, Status
 from symmotion.solvers.minima import same
-from symmotion.solvers.solver import require_program, require_solver
+from symmotion.solvers.solver import require_solver
 
 # Starts that are not drawn before all others. Then in every round, after which the counts are looked at again, another
 # one of them, a random one, and hops from the lowest minimum of before.
@@ -81,22 +82,26 @@ class Exploration(Generic[DesignT]):
 
     def __repr__(self) -> str:
         return (
-            f"Exploration({len(self.minima)} minima from {len(self.starts)} starts, "
+            f"Exploration({_minima(len(self.minima))} from {len(self.starts)} starts, "
             f"{f'lowest {self.minima[0].objective:.9g}' if self.minima else 'none solved'})"
         )
 
     def __str__(self) -> str:
-        lines = [f"{len(self.minima)} minima from {len(self.starts)} starts; {self.reason}"]
+        lines = [f"{_minima(len(self.minima))} from {len(self.starts)} starts; {self.reason}"]
         for k, (solution, n) in enumerate(zip(self.minima, self.counts, strict=True)):
             kinds = dict.fromkeys(s.kind for s, to in zip(self.starts, self.led, strict=True) if to == k)
             lines.append(f"  {solution.objective:.9g}: {n} starts ({', '.join(kinds)}), inertia {solution.inertia}")
         lost = self.led.count(-1)
         lines += [f"  none: {lost} starts"] * (lost > 0)
         lines.append(
-            f"  random starts: {self.draws}, which led to {self.drawn} minima; expected unseen {self.unseen:.3g}, with "
-            f"{100 * self.unseen_share:.3g} % of the starts. This says nothing of how low they are"
+            f"  random starts: {self.draws}, which led to {_minima(self.drawn)}; expected unseen {self.unseen:.3g}, "
+            f"with {100 * self.unseen_share:.3g} % of the starts. This says nothing of how low they are"
         )
         return "\n".join(lines)
+
+
+def _minima(count: int) -> str:
+    return f"{count} {'minimum' if count == 1 else 'minima'}"
 
 
 def expected_unseen(draws: int, seen: int) -> float:

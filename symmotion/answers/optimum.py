@@ -27,6 +27,8 @@ def optimum_function(solution: Solution, name: str, *, solver: Solver | None = N
         function = sm.answers.optimum_function(solution, "v")
         x, f = function(p)
 
+    Raises InputError for a name that the program does not have.
+
     >>> keys = sm.examples.random_keyframes(3, 40, seed=1)
     >>> touch = sm.JetConstraint(lambda jet, p: jet.dv[2] - p.w, at=0.5, name="touch", parameters={"w": 0.1})
     >>> solution = sm.ExactNewton().solve(sm.pose_program(keys, constraints=[touch])).require()

@@ -30,6 +30,8 @@ class ResultsFile:
     the last line is cut off. Plain numbers only, the arrays as base64 of little-endian doubles: nothing of
     it is executed. Raises InputError that names the file and the line where it is damaged.
 
+    path: of the file, which is made where it is not there.
+
     >>> program = sm.affine_program(sm.examples.quarter_turn())
     >>> solutions = sm.solve_many([program], results="batch.results")
     >>> again = sm.solve_many([program], results="batch.results", progress=lambda tally: print(tally.found))

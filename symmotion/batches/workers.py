@@ -90,6 +90,8 @@ def _with_program(answered: Solution | Failed, program: Program | None) -> Solut
 def own_processes(count: int) -> Executor:
     """An executor of spawned processes that has proved to work; InputError where they do not start.
 
+    count: how many, 1 or more.
+
     >>> with sm.batches.own_processes(1) as executor:
     ...     executor.submit(abs, -2).result()
     2

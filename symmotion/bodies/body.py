@@ -141,16 +141,21 @@ class Body:
         return np.argmax((vertices - vertices.mean(axis=0)) @ directions.T, axis=0)
 
 
+# What `Body.of` takes.
 Shape: TypeAlias = Body | Meshed | Triangulated | ArrayLike | Sequence[ArrayLike]
 
 
 def joined(bodies: Sequence[Body]) -> Body:
     """Several bodies as one, without their colours.
 
+    bodies: one or more, of one dimension. Raises InputError for others.
+
     >>> one = sm.bodies.ellipsoid_mesh([1.0, 1.0, 1.0])
     >>> len(sm.bodies.joined([one, one]).faces) == 2 * len(one.faces)
     True
     """
+    if len({b.dimension for b in bodies}) != 1:
+        raise InputError(f"{len(bodies)} bodies: one or more, of one dimension, are needed")
     offsets = np.cumsum([0, *(len(b.vertices) for b in bodies[:-1])]).tolist()
     faces = tuple(tuple(o + i for i in face) for b, o in zip(bodies, offsets, strict=True) for face in b.faces)
     return Body(np.concatenate([b.vertices for b in bodies]), faces)

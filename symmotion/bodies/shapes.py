@@ -49,6 +49,8 @@ def letter_k() -> list[np.ndarray]:
 def ellipse(centre: Sequence[float], axes: Sequence[float], angle: float = 0.0, points: int = 48) -> np.ndarray:
     """(points, 2) an ellipse as a polygon; angle in degrees.
 
+    centre: (2,); axes: the two semi-axes, in the unit of length.
+
     >>> sm.bodies.ellipse([0.0, 0.0], [2.0, 1.0], points=4).round(6) + 0.0
     array([[ 2.,  0.],
            [ 0.,  1.],

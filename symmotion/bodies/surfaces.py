@@ -6,12 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
+from symmotion import checks
 from symmotion.bodies.body import Body, joined
 from symmotion.errors import InputError
 
 
 def grid_mesh(points: np.ndarray) -> Body:
     """The body of the quadrilaterals of a grid of points (U, V, 3).
+
+    Raises InputError for points of another shape, or that are not finite.
 
     >>> x, y = np.meshgrid(np.arange(3.0), np.arange(4.0), indexing="ij")
     >>> len(sm.bodies.grid_mesh(np.stack([x, y, 0 * x], axis=-1)).faces)
@@ -26,21 +29,30 @@ def grid_mesh(points: np.ndarray) -> Body:
 def ellipsoid_mesh(semi_axes: Sequence[float]) -> Body:
     """An ellipsoid about the origin, 12 faces round and 8 from pole to pole.
 
+    semi_axes: three, positive, along x, y and z.
+
+    Raises InputError for what is no three finite numbers.
+
     >>> sm.bodies.ellipsoid_mesh([1.0, 0.7, 0.5]).dimension
     3
     """
+    sizes = checks.array(semi_axes, (3,), "semi-axes")
     round_, up = np.linspace(0, 2 * np.pi, 13)[:, None], np.linspace(-np.pi / 2, np.pi / 2, 9)
     sphere = [np.cos(round_) * np.cos(up), np.sin(round_) * np.cos(up), 0 * round_ + np.sin(up)]
-    return grid_mesh(np.stack(sphere, axis=-1) * semi_axes)
+    return grid_mesh(np.stack(sphere, axis=-1) * sizes)
 
 
 def jug(segments: int = 12) -> Body:
     """A jug made by the project: a surface of revolution about z with a spout along x and a handle opposite.
 
+    segments: faces round the axis, 3 or more.
+
+    Raises InputError for fewer.
+
     >>> sm.bodies.jug().dimension
     3
     """
-    angle = np.linspace(0, 2 * np.pi, segments + 1)
+    angle = np.linspace(0, 2 * np.pi, checks.whole(segments, 3, "segments", " of faces round the axis") + 1)
     profile = np.array([(0.0, 0.0), (1.2, 0.0), (1.9, 0.8), (1.6, 1.8), (0.9, 2.3), (1.0, 2.6)])
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     body = np.concatenate(
@@ -71,6 +83,8 @@ def read_teapot(path: Path, pieces: int = 3) -> Body:
     """The Utah teapot from a JSON file of bicubic Bézier patches, `pieces` quadrilaterals along each side of a patch.
 
     Entries: points (P, 3), patches (B, 16) of indices into them, order (B,) the parts' names.
+
+    path: of the file.
 
     Raises InputError for a file that holds something else.
 

@@ -17,6 +17,8 @@ def bernstein(degree: int, u, nu: int = 0) -> np.ndarray:
 
     u: (N,) in [0, 1]. Returns (N, L + 1), L the degree.
 
+    Raises InputError for a degree that is no whole number ≥ 0, and u outside of [0, 1].
+
     >>> sm.curves.bernstein(2, 0.5)
     array([[0.25, 0.5 , 0.25]])
     """

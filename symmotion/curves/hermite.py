@@ -27,6 +27,8 @@ def hermite_spline(times, values, slopes, right_slopes=None, *, periodic: bool =
     it; such a key is broken: the spline is only continuous there, else C¹.
     periodic: the last key is the first one a period later.
 
+    Raises InputError for times that do not increase, values and slopes of other shapes, and keys that do not close.
+
     >>> sm.curves.hermite_spline([0.0, 1.0], [0.0, 1.0], [0.0, 0.0])(0.5)
     array(0.5)
     """
@@ -81,6 +83,8 @@ def catmull_rom(times, values, ends: str = "second-order", end_slopes=None) -> S
         s_0 = ((t_2 − t_0) c_0 − (t_1 − t_0) (y_2 − y_0) / (t_2 − t_0)) / (t_2 − t_1);
         "natural", no acceleration at the end (M ≥ 2); "clamped", with `end_slopes` (2, …);
         "periodic", the last key being the first one a period later (M ≥ 3).
+
+    Raises InputError for times that do not increase, values of another number, and ends that are none.
 
     >>> sm.curves.catmull_rom([0.0, 1.0, 3.0], [0.0, 1.0, 9.0])([0.0, 1.0, 3.0], nu=1)
     array([0., 2., 6.])

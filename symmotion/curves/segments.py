@@ -1,6 +1,6 @@
 """One polynomial from any list of constraints: basis matrix, blending functions, segment."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import factorial
 from typing import overload
 
@@ -22,6 +22,8 @@ def constraint_matrix(conditions: Conditions) -> np.ndarray:
 
     conditions: L + 1 pairs (parameter, derivative order), distinct; A: coefficients by falling
     powers; G: the constraints' values (lecture notes, "Parametric cubic curves from constraints").
+
+    Raises InputError for conditions that are no such pairs.
 
     >>> sm.curves.constraint_matrix([(0, 0), (1, 0), (1, 1)])
     array([[0., 0., 1.],
@@ -59,6 +61,8 @@ def blending_functions(conditions: Conditions, domain: tuple[float, float] = (0.
     """The polynomials [t^L … t 1] M, each the weight of one constraint: a curve with values (L + 1,).
 
     conditions: as for `basis_matrix`; domain: of the curve.
+
+    Raises InputError as `basis_matrix` does.
 
     >>> sm.curves.blending_functions([(0, 0), (1, 0)])(0.25)
     array([0.75, 0.25])
@@ -107,6 +111,8 @@ def polynomial_segment(
 
 
 def _check(conditions: Conditions) -> list[tuple[float, int]]:
+    if not isinstance(conditions, Iterable):
+        raise InputError(f"constraints {conditions!r}: pairs (parameter, derivative order) are needed")
     checked = []
     for i, condition in enumerate(conditions):
         try:

@@ -23,6 +23,8 @@ LEAST_DIGITS = 6  # of a length that is of use: rounding may leave fewer than ar
 def speed(curve: Curve, t) -> np.ndarray:
     """‖x'(t)‖, the shape of t; of a scalar curve |x'(t)|.
 
+    curve: of any kind; t: (…) in its domain. Raises InputError for times outside of it.
+
     >>> sm.curves.speed(sm.curves.bezier([[0.0, 0.0], [3.0, 4.0]]), [0.0, 1.0])
     array([5., 5.])
     """
@@ -76,6 +78,8 @@ class ArcParameter:
     domain: of the new parameter; (0, length) when left out, which gives speed 1.
 
     Raises InputError for a curve of length zero.
+
+    Finding parameters raises SolveError where the speed is too rough to be integrated.
 
     >>> curve = sm.curves.bezier([[0.0, 0.0], [0.0, 0.0], [4.0, 0.0]])
     >>> round(float(curve(sm.curves.ArcParameter(curve)(2.0))[0]), 6)
@@ -266,6 +270,8 @@ class Retimed:
 def constant_speed(curve: Curve, domain: tuple[float, float] | None = None) -> Retimed:
     """The curve reparametrised to constant speed; by arc length, so with speed 1, when `domain` is left out.
 
+    curve: of any kind; domain: of the new parameter. Raises InputError for a curve of length zero.
+
     >>> curve = sm.curves.bezier([[0.0, 0.0], [0.0, 1.0], [4.0, 1.0]])
     >>> sm.curves.speed(sm.curves.constant_speed(curve), [0.1, 1.0, 2.0]).round(6)
     array([1., 1., 1.])
@@ -314,6 +320,8 @@ def smooth_step(order: int = 1, domain: tuple[float, float] = (0.0, 1.0)) -> Spl
     """The time warp from 0 to 1 of degree 2 k + 1 whose first k derivatives are zero at both ends; k = `order`.
 
     domain: in the unit of time.
+
+    Raises InputError for an order that is no whole number ≥ 0.
 
     >>> sm.curves.smooth_step()([0.0, 0.25, 1.0])
     array([0.     , 0.15625, 1.     ])

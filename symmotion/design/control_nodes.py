@@ -1,6 +1,11 @@
-"""Control quaternions as the symbols of kernels: what a node of a quaternion curve reads, and what it can say."""
+"""The unknowns of a quaternion curve as the symbols of kernels: what a node reads, and what it can say.
 
-from collections.abc import Callable, Sequence
+Beside the control quaternions the increments between them are unknowns (lifted, Albersmeyer and Diehl 2010). What a
+node reads is smooth in them wherever they are, also where neighbouring controls are a whole turn apart, where a
+logarithm of the two is not; and it is shorter.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -13,52 +18,47 @@ from symmotion.jets import HIGHEST_ORDER, RigidJet, rotation
 from symmotion.jets.rigid import rigid_jet
 from symmotion.jets.space import UNKNOWN, Reading
 from symmotion.kernels import Kernel
-from symmotion.motions.quaternions.algebra import conjugate, log, product
 from symmotion.program import Block, Constraint
 from symmotion.splines import BSplineBasis, gauss
 from symmotion.splines.cumulative import cumulative
 
+# The coordinates of a control: the increment that leads to it, the quaternion, and the point of a pose.
+WAY, TURN, POINT = slice(0, 3), slice(3, 7), slice(7, 10)
+
 
 @dataclass(frozen=True, eq=False)
 class NodeSymbols:
-    """What a span's jet is made of: z, its degree + 1 controls one after the other, and what tells the parameter.
+    """What a span's jet is made of: its degree + 1 controls, and what tells the parameter.
 
-    signs, turns: (p,) of the logarithms, empty where all are principal; weights: B̃, B̃′, B̃″, B̃‴, each (p,); t: the time;
-    shift: (3,) what the control points are short of the places, zero where they are not.
+    controls: (10, p + 1), a column each; weights: B̃, B̃′, B̃″, B̃‴, each (p,); t: the time; shift: (3,) what the control
+    points are short of the places, zero where they are not.
     """
 
-    z: ca.SX
-    signs: ca.SX
-    turns: ca.SX
+    controls: ca.SX
     weights: tuple[ca.SX, ...]
     t: ca.SX
     shift: ca.SX
 
     @staticmethod
-    def of(channels: int, p: int, plain: bool, slot: int = 0, shifted: bool = False) -> "NodeSymbols":
-        branch = 0 if plain else p
+    def of(p: int, slot: int = 0, shifted: bool = False) -> "NodeSymbols":
         return NodeSymbols(
-            ca.SX.sym(f"z_{slot}", channels * (p + 1)),
-            ca.SX.sym(f"signs_{slot}", branch),
-            ca.SX.sym(f"turns_{slot}", branch),
+            ca.SX.sym(f"z_{slot}", POINT.stop, p + 1),
             tuple(ca.SX.sym(f"weights_{slot}_{order}", p) for order in range(HIGHEST_ORDER + 1)),
             ca.SX.sym(f"t_{slot}"),
             ca.SX.sym(f"shift_{slot}", 3) if shifted else ca.SX(3, 1),
         )
 
-    def ways(self, channels: int) -> list[ca.SX]:
-        """The increments ω_l between the controls."""
-        controls = [self.z[k : k + 4] for k in range(0, self.z.numel(), channels)]
-        ratios = [rotation.product(rotation.conjugate(a), b) for a, b in pairwise(controls)]
-        if not self.signs.numel():
-            return [rotation.log(ratio) for ratio in ratios]
-        return [rotation.log(self.signs[k] * ratio, self.turns[k]) for k, ratio in enumerate(ratios)]
+    def width(self, out: ca.SX) -> int:
+        """How many coordinates of each control an expression reads."""
+        parts = (part for part in (POINT, TURN, WAY) if ca.depends_on(out, ca.vec(self.controls[part, :])))
+        return next((part.stop for part in parts), 0)
 
-    def jet(self, channels: int, ways: Sequence[ca.SX]) -> RigidJet:
+    def jet(self, pose: bool) -> RigidJet:
         """The jet at the parameter: KKS (7) and its derivatives, the origin v_0 + Σ (v_l − v_{l−1}) B̃_l."""
+        ways = ca.horzsplit(self.controls[WAY, 1:])
 
         def path() -> tuple[ca.SX, ...]:
-            points = [self.z[k + 4 : k + 7] for k in range(0, self.z.numel(), channels)]
+            points = ca.horzsplit(self.controls[POINT, :])
             derivatives = []
             for weights in self.weights:
                 steps = enumerate(pairwise(points))
@@ -66,26 +66,24 @@ class NodeSymbols:
             return (derivatives[0] + points[0] + self.shift, *derivatives[1:])
 
         return RigidJet(
-            lambda: rotation.orientation(self.z[:4], ways, self.weights[0]),
+            lambda: rotation.orientation(self.controls[TURN, 0], ways, self.weights[0]),
             lambda: rotation.rates(ways, *self.weights[:3]),
-            path if channels > 4 else None,
+            path if pose else None,
             self.t,
         )
 
 
 @dataclass(frozen=True, eq=False)
 class ControlSpace:
-    """The space of a quaternion curve: its basis, and what tells a logarithm its branch. A `JetSpace`.
+    """The space of a quaternion curve. A `JetSpace`.
 
-    signs, turns: (n,) by the control that an increment leads to, q_{l−1}⁻¹ q_l · signs = exp(ω_l) with
-    ω_l by 2π · turns longer than the principal logarithm. channels: 4, or 7 with a translation. shift: (3,) what the
-    unknown control points are short of the places.
+    basis: of the curve; pose: whether it has a translation too; closing: 1, or −1 where a closed curve comes back to
+    −q_0. shift: (3,) what the unknown control points are short of the places.
     """
 
     basis: BSplineBasis
-    signs: np.ndarray
-    turns: np.ndarray
-    channels: int = 4
+    pose: bool = False
+    closing: float = 1.0
     variable: str = UNKNOWN
     shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
     _slots: dict[int, tuple[NodeSymbols, RigidJet]] = field(default_factory=dict, repr=False)
@@ -99,33 +97,10 @@ class ControlSpace:
     def __getstate__(self) -> dict[str, object]:
         return {**self.__dict__, "_slots": {}}  # symbols do not pickle, and are made again
 
-    @staticmethod
-    def of(basis: BSplineBasis, controls: np.ndarray, ways: np.ndarray, channels: int = 4) -> "ControlSpace":
-        """The space of controls (n, 4) whose increments are nearest to `ways` (n, 3), by the control led to."""
-        ratio = product(conjugate(np.roll(controls, 1, axis=0)), controls)
-        # Along a chain the signs are chosen to fit; only where it closes one is left to read.
-        signs = np.ones(len(controls))
-        angle = np.linalg.norm(ways[0])
-        closing = np.cos(angle) * ratio[0, 0] + np.sinc(angle / np.pi) * ratio[0, 1:] @ ways[0]
-        signs[0] = -1.0 if basis.periodic and closing < 0 else 1.0
-        plain = log(ratio * signs[:, None])
-        size = np.linalg.norm(plain, axis=1)
-        along = np.sum(plain * ways, axis=1) / np.where(size > 0, size, 1.0)
-        turns = np.where(size > 0, np.round((along - size) / (2 * np.pi)), 0.0)
-        if not basis.periodic:
-            turns[0] = 0.0
-        return ControlSpace(basis, signs, turns, channels)
-
     @property
-    def plain(self) -> bool:
-        """Whether all increments are principal logarithms."""
-        return bool((self.signs == 1).all() and (self.turns == 0).all())
-
-    def increments(self, controls: np.ndarray) -> np.ndarray:
-        """(n, 3) the increments of controls (n, 4), by the control they lead to; the first only where periodic."""
-        plain = log(product(conjugate(np.roll(controls, 1, axis=0)), controls) * self.signs[:, None])
-        size = np.linalg.norm(plain, axis=1)
-        return plain * (1 + 2 * np.pi * self.turns / np.where(size > 0, size, 1.0))[:, None]
+    def channels(self) -> int:
+        """How many coordinates a control has."""
+        return POINT.stop if self.pose else TURN.stop
 
     @property
     def n(self) -> int:
@@ -144,28 +119,27 @@ class ControlSpace:
 
     def _slot(self, slot: int) -> tuple[NodeSymbols, RigidJet]:
         if slot not in self._slots:
-            symbols = NodeSymbols.of(self.channels, self.basis.degree, self.plain, slot, bool(self.shift.any()))
-            self._slots[slot] = symbols, symbols.jet(self.channels, symbols.ways(self.channels))
+            symbols = NodeSymbols.of(self.basis.degree, slot, bool(self.shift.any()))
+            self._slots[slot] = symbols, symbols.jet(self.pose)
         return self._slots[slot]
 
     def symbols(self, slot: int = 0) -> RigidJet:
-        pose = self.channels > 4
-        return rigid_jet(ca.SX.sym("jet", 23 if pose else 11), pose)
+        return rigid_jet(ca.SX.sym("jet", 23 if self.pose else 11), self.pose)
 
     def needed(self, slot: int, out: ca.SX) -> int:
-        return self.channels if ca.depends_on(out, self._slot(slot)[0].z) else 0
+        return self._slot(slot)[0].width(out)
 
     def read(self, slot: int, out: ca.SX, times: np.ndarray, sides: np.ndarray | None, width: int) -> Reading:
         node = self._slot(slot)[0]
         highest = HIGHEST_ORDER if ca.depends_on(out, node.weights[HIGHEST_ORDER]) else HIGHEST_ORDER - 1
         columns, tables = self._tables(self.basis, times[:, None], highest)
-        data = [node.signs, node.turns, *node.weights[: highest + 1]]
-        numbers = [*self._branches(columns), tables[:, 0]]
+        data, numbers = list(node.weights[: highest + 1]), [tables[:, 0]]
         if ca.depends_on(out, node.t):
             data, numbers = [*data, node.t], [*numbers, times[:, None]]
         if self.shift.any() and ca.depends_on(out, node.shift):
             data, numbers = [*data, node.shift], [*numbers, np.broadcast_to(self.shift, (len(times), 3))]
-        return Reading(node.z, self._picked(columns), ca.vertcat(*data), np.concatenate(numbers, axis=1))
+        z = ca.vec(node.controls[:width, :])
+        return Reading(z, self._picked(columns), ca.vertcat(*data), np.concatenate(numbers, axis=1))
 
     def _tables(self, basis: BSplineBasis, times: np.ndarray, highest: int) -> tuple[np.ndarray, np.ndarray]:
         """The controls (E, p + 1) of the spans of parameters (E, Q), and the weights (E, Q, (highest + 1) p) there.
@@ -179,9 +153,6 @@ class ControlSpace:
         tables = np.stack([np.stack(w, axis=1) for w in weights], axis=1).reshape(e, q, (highest + 1) * p)
         return columns, tables
 
-    def _branches(self, columns: np.ndarray) -> list[np.ndarray]:
-        return [] if self.plain else [self.signs[columns[:, 1:]], self.turns[columns[:, 1:]]]
-
     def _picked(self, columns: np.ndarray) -> sparse.csr_array:
         """(E (p + 1), n) picks the controls (E, p + 1)."""
         pointers = np.arange(columns.size + 1)
@@ -193,7 +164,7 @@ class ControlSpace:
     ) -> Block:
         """weight ∫ φ dt by Gauss nodes on the spans; φ the expression, or with `squares` its sum of squares.
 
-        whole: whether a span is one element, whose logarithms are taken once for its nodes. With all nodes of a span
+        whole: whether a span is one element, whose controls are read once for its nodes. With all nodes of a span
         in one, a large kernel takes long to derive.
         """
         basis = self.basis.relative
@@ -202,39 +173,50 @@ class ControlSpace:
         if not whole:
             points, shares = points.reshape(-1, 1), shares.reshape(-1, 1)
         e, q = points.shape
-        p, c = self.basis.degree, self.channels
         columns, tables = self._tables(basis, points, 2)
-        symbols = NodeSymbols.of(c, p, self.plain)
-        out, data = [], [symbols.signs, symbols.turns]
-        # Symbols of their own: the increments are fewer numbers than the controls, and all that rates read of these.
-        ways = [ca.SX.sym(f"way_{k}", 3) for k in range(p)]
+        shared = NodeSymbols.of(self.basis.degree)
+        out, data = [], []
         # Asked of a jet of symbols: a node's own is a long expression to search.
         plain = self.symbols()
         timed = bool(ca.depends_on(expression(plain), plain.t))
         placed = self.shift.any() and bool(ca.depends_on(expression(plain), plain.v))
         if placed:
-            symbols = replace(symbols, shift=ca.SX.sym("shift", 3))
-            data.append(symbols.shift)
+            shared = replace(shared, shift=ca.SX.sym("shift", 3))
+            data.append(shared.shift)
         for k in range(q):
-            here = NodeSymbols.of(c, p, self.plain, k)
+            here = NodeSymbols.of(self.basis.degree, k)
             share = ca.SX.sym("share")
-            node = replace(here, z=symbols.z, signs=symbols.signs, turns=symbols.turns, shift=symbols.shift)
-            out.append(share * expression(node.jet(c, ways)))
+            node = replace(here, controls=shared.controls, shift=shared.shift)
+            out.append(share * expression(node.jet(self.pose)))
             data += [*here.weights[:3], share, *([here.t] if timed else [])]
         extra = np.stack([shares, self.basis.origin + points], axis=2) if timed else shares[..., None]
         shift = [np.broadcast_to(self.shift, (e, 3))] if placed else []
-        numbers = [*self._branches(columns), *shift, np.concatenate([tables, extra], axis=2).reshape(e, -1)]
-        read = ca.vertcat(*ways), ca.vertcat(*symbols.ways(c))
-        kernel = Kernel.through(symbols.z, ca.vertcat(*data), ca.vertcat(*out), *read, c, squares)
-        table = np.concatenate(numbers, axis=1)
-        return Block(name, kernel, self.variable, slice(0, c), self._picked(columns), 1, np.ones(e), table)
+        table = np.concatenate([*shift, np.concatenate([tables, extra], axis=2).reshape(e, -1)], axis=1)
+        width = shared.width(ca.vertcat(*out))
+        kernel = Kernel(ca.vec(shared.controls[:width, :]), ca.vertcat(*data), ca.vertcat(*out), width, squares)
+        return Block(name, kernel, self.variable, slice(0, width), self._picked(columns), 1, np.ones(e), table)
 
-    def norms(self) -> Constraint:
-        """|q_j|² = 1 for every control quaternion."""
-        z = ca.SX.sym("z", self.channels)
-        kernel = Kernel(z, ca.SX.sym("data", 0), ca.sumsqr(z[:4]) - 1, self.channels)
-        n, every = self.basis.n, sparse.csr_array(sparse.eye_array(self.basis.n, format="csr"))
-        channels = slice(0, self.channels)
+    def given(self) -> list[Constraint]:
+        """|q_j|² = 1 for every control quaternion, and 2 Im(exp(−ω_j) q_{j−1}⁻¹ q_j) = 0 for every increment.
+
+        That to the first control of an open curve is zero: it is the way from there.
+        """
+        n, no = self.basis.n, ca.SX.sym("data", 0)
+        z, sign = ca.SX.sym("z", TURN.stop, 2), ca.SX.sym("sign")
+        norm = Kernel(z[:, 0], no, ca.sumsqr(z[TURN, 0]) - 1, TURN.stop)
+        ratio = sign * rotation.product(rotation.conjugate(z[TURN, 0]), z[TURN, 1])
+        missed = 2 * rotation.product(rotation.exp(-z[WAY, 1]), ratio)[1:]
+        way = Kernel(ca.vec(z), sign, missed, TURN.stop)
+        every, signs = np.arange(n), np.ones((n, 1))
+        before = every - 1
+        before[0], signs[0] = (n - 1, self.closing) if self.basis.periodic else (0, 1.0)
+        return [
+            self._constraint("unit norms", norm, every[:, None], np.empty((n, 0))),
+            self._constraint("increments", way, np.stack([before, every], axis=1), signs),
+        ]
+
+    def _constraint(self, name: str, kernel: Kernel, columns: np.ndarray, data: np.ndarray) -> Constraint:
+        n, channels = self.basis.n, slice(0, kernel.channels)
         return Constraint.equality(
-            Block("unit norms", kernel, self.variable, channels, every, 1, np.ones(n), np.empty((n, 0)))
+            Block(name, kernel, self.variable, channels, self._picked(columns), 1, np.ones(n), data)
         )

@@ -2,20 +2,21 @@
 
 import numpy as np
 
-from symmotion.design.control_nodes import ControlSpace
-from symmotion.motions.quaternions.algebra import exp, product
+from symmotion.design.control_nodes import TURN, WAY, ControlSpace
+from symmotion.motions.quaternions.algebra import conjugate, exp, product
 from symmotion.motions.quaternions.curve import QuaternionMotion
 from symmotion.splines import BSplineBasis
 
 
-def carried(motion: QuaternionMotion, basis: BSplineBasis, channels: int = 4) -> tuple[QuaternionMotion, ControlSpace]:
+def carried(motion: QuaternionMotion, basis: BSplineBasis, pose: bool = False) -> tuple[QuaternionMotion, ControlSpace]:
     """A quaternion curve over another basis, to high order in the knot spacing; see `blossomed`."""
     controls, ways = blossomed(motion, basis), ways_between(motion, basis)
-    # The ways choose the branch of the logarithm, and with it the signs.
+    # Along the chain signs are chosen to fit the ways; only where it closes one is left to read.
     cosine = np.sum(product(controls[:-1], exp(ways[1:])) * controls[1:], axis=1)
     controls = controls * np.concatenate([[1.0], np.cumprod(np.where(cosine < 0, -1.0, 1.0))])[:, None]
-    space = ControlSpace.of(basis, controls, ways, channels)
-    result = motion_of(space, controls)
+    back = float(product(controls[-1], exp(ways[0])) @ controls[0])
+    space = ControlSpace(basis, pose, -1.0 if basis.periodic and back < 0 else 1.0)
+    result = motion_of(space, np.concatenate([ways, controls], axis=1))
     # The first control of a closed curve lies before its beginning, from where the sign may differ.
     start = motion.domain[0]
     if result(start) @ motion(start) < 0:
@@ -61,9 +62,31 @@ def _within(motion: QuaternionMotion, t: np.ndarray, periodic: bool) -> np.ndarr
     return a + (t - a) % (b - a) if periodic else np.clip(t, a, b)
 
 
+def unknowns_of(motion: QuaternionMotion) -> np.ndarray:
+    """(n, 7) increments and control quaternions of a curve, as in `WAY` and `TURN`."""
+    q, ways = motion.control_points, motion.increments
+    ways = np.roll(ways, 1, axis=0) if motion.basis.periodic else np.concatenate([np.zeros((1, 3)), ways])
+    return np.concatenate([ways, q], axis=1)
+
+
 def motion_of(space: ControlSpace, controls: np.ndarray) -> QuaternionMotion:
-    """The curve of control quaternions (n, 4) of any length in a space."""
-    q = controls / np.linalg.norm(controls, axis=1, keepdims=True)
-    ways = space.increments(q)
+    """The curve of controls (n, 7 or more) in a space, of quaternions of any length and increments near theirs."""
+    q = controls[:, TURN] / np.linalg.norm(controls[:, TURN], axis=1, keepdims=True)
+    ratio = product(conjugate(np.roll(q, 1, axis=0)), q)
+    ratio[0] *= space.closing
+    ways = nearest(ratio, controls[:, WAY])
     ways = np.roll(ways, -1, axis=0) if space.basis.periodic else ways[1:]
     return QuaternionMotion(space.basis, q, ways)
+
+
+def nearest(quaternions: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """(n, 3) the logarithms of unit quaternions (n, 4) that are nearest to given ones (n, 3)."""
+    sine, size = np.linalg.norm(quaternions[:, 1:], axis=1), np.linalg.norm(ways, axis=1)
+    angle = np.arctan2(sine, quaternions[:, 0])
+    # Whole turns have any axis.
+    axis = (
+        np.where((sine > 0)[:, None], quaternions[:, 1:], ways)
+        / np.where(sine > 0, sine, np.where(size > 0, size, 1.0))[:, None]
+    )
+    turns = np.round((np.sum(axis * ways, axis=1) - angle) / (2 * np.pi))
+    return axis * (angle + 2 * np.pi * turns)[:, None]

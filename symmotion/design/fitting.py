@@ -123,7 +123,7 @@ class FitDesign:
     start: controls (n, d² + d); weights: (M,); points: (P, d); exact: numbers of the samples that are met.
 
     objective, huber, constraints: as in the program; nodes: by term, more Gauss nodes than it asks for; said: what
-    the program tells of the samples.
+    the program tells of the samples. Other samples than as many, at the same times, raise InputError.
 
     >>> program = sm.fit_program(sm.examples.recorded_tour(30), controls=10)
     >>> len(program.design.samples)

@@ -113,7 +113,8 @@ class JoinedDesign:
         )
         lengths = {_of(body, k): v for body, p in self.programs.items() for k, v in p.lengths.items()}
         shifts = {_of(body, k): v for body, p in self.programs.items() for k, v in p.shifts.items()}
-        return assembled(start, terms, given, self.constraints, common, self, lengths, shifts)
+        directions = {_of(body, k): v for body, p in self.programs.items() for k, v in p.directions.items()}
+        return assembled(start, terms, given, self.constraints, common, self, lengths, shifts, directions)
 
     # Any: the bodies' kinds differ.
     def motion(self, unknowns: Mapping[str, np.ndarray]) -> dict[str, Any]:

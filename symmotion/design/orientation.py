@@ -14,8 +14,8 @@ from symmotion import checks
 from symmotion.brief import in_a_line
 from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, Setting
 from symmotion.design.affine import refined_times
-from symmotion.design.control_nodes import ControlSpace
-from symmotion.design.control_start import carried, motion_of
+from symmotion.design.control_nodes import TURN, ControlSpace
+from symmotion.design.control_start import carried, motion_of, unknowns_of
 from symmotion.design.integrals import integrand
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_start, require_times
@@ -72,9 +72,9 @@ def orientation_program(
 ) -> "Program[OrientationDesign]":
     """The orientation motion of least torque, or otherwise best, through keyframes: KKS 6.1 leave it open.
 
-    Minimise `objective` over the control quaternions of a B-spline quaternion curve, subject to |q_j|² = 1,
-    2 log(q_i⁻¹ q(t_i)) = 0 and the constraints. The multipliers of "keyframes" (M, 3) tell what turning one
-    costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
+    Minimise `objective` over the control quaternions q_j of a B-spline quaternion curve and the increments ω_j between
+    them, subject to |q_j|² = 1, q_{j−1} exp(ω_j) = q_j, 2 log(q_i⁻¹ q(t_i)) = 0 and the constraints. The multipliers
+    of "keyframes" (M, 3) tell what turning one costs: the optimum changes by −λ_i · ε with q_i → q_i exp(ε/2).
 
     keys: rigid `Keyframes` in space, whose rotations are taken; or times (M,) increasing, beside
         quaternions: (M, 4), scalar first unless `scalar_first` says else, or a SciPy `Rotation`. As far apart as in
@@ -140,7 +140,7 @@ class OrientationDesign:
         knots: ArrayLike | None,
         ends: str,
         end_rates: ArrayLike | None,
-        channels: int = 4,
+        pose: bool = False,
     ) -> "OrientationDesign":
         """The checked question, with its start: the interpolating curve carried into the space."""
         checks.choice(ends, ENDS, "end condition")
@@ -149,7 +149,7 @@ class OrientationDesign:
         basis = control_basis(keys.times, degree, refine, knots, ends)
         rates = None if end_rates is None else checks.array(end_rates, (2, 3), "end_rates")
         held = [] if rates is None else [EndRates(rates)]
-        start, space = carried(first_curve(keys, ends, rates), basis, channels)
+        start, space = carried(first_curve(keys, ends, rates), basis, pose)
         design = OrientationDesign(keys, objective, (*held, *constraints), ends, rates, start, space)
         design.require_room()
         return design
@@ -164,14 +164,15 @@ class OrientationDesign:
     def setting(self) -> Setting:
         keys = self.keys
         linear = to_rotation(keys.quaternions).as_matrix()
-        moves = self.space.channels > 4
+        moves = self.space.pose
         return Setting((self.space,), keys.times, linear, None, keys.quaternions, moves=moves)
 
     def program(self) -> "Program[OrientationDesign]":
         """The program of this question."""
-        controls = {UNKNOWN: self.start.control_points.copy()}
+        controls = {UNKNOWN: unknowns_of(self.start)}
         given = self.given()
-        return assembled(controls, self.terms(self.start), given, self.constraints, self.setting, self)
+        terms, unit = self.terms(self.start), {UNKNOWN: TURN}
+        return assembled(controls, terms, given, self.constraints, self.setting, self, directions=unit)
 
     def terms(self, start: QuaternionMotion | PoseMotion) -> tuple[Block, ...]:
         """The objective's terms, their nodes enough for the motion that the program starts from."""
@@ -194,16 +195,16 @@ class OrientationDesign:
         return np.array(sorted(set(range(len(self.keys) - (self.ends == "periodic"))) - freed), dtype=int)
 
     def given(self) -> list[Constraint]:
-        """Unit norms, and the keyframes' turns where they are kept."""
+        """Unit norms and increments, and the keyframes' turns where they are kept."""
         which = self.held
         if not which.size:
-            return [self.space.norms()]
+            return self.space.given()
         inverse = conjugate(self.keys.quaternions[which])
         jet, other = self.space.jet(), rotation.symbols()
         missed = 2 * rotation.log(rotation.product(other, jet.quaternion))
         times = self.keys.times[which, None]
         block = block_of("keyframes", missed, [self.space], times, data=other, numbers=inverse)
-        return [self.space.norms(), Constraint.equality(block)]
+        return [*self.space.given(), Constraint.equality(block)]
 
     def require_room(self) -> None:
         """InputError where there are more conditions than controls."""
@@ -224,9 +225,9 @@ class OrientationDesign:
         require_start(motion, QuaternionMotion, 3)
         basis = self.space.basis
         motion = motion.about(basis.origin)
-        if motion.degree == basis.degree and motion.basis.same_knots(basis):
-            return {UNKNOWN: motion.control_points.copy()}
-        return {UNKNOWN: carried(motion, basis)[0].control_points.copy()}
+        if motion.degree != basis.degree or not motion.basis.same_knots(basis):
+            motion = carried(motion, basis)[0]
+        return {UNKNOWN: unknowns_of(motion)}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint; those of "keyframes" (M, 3), zero where a keyframe has a tolerance."""
@@ -260,19 +261,16 @@ class OrientationDesign:
         if isinstance(keyframes, tuple) and len(keyframes) == 2:
             times, quaternions = keyframes
             require_times(times, self.keys.times)
-        design, same = self.turned(quaternions)  # pyright: ignore[reportArgumentType] what is none is refused there
+        design = self.turned(quaternions)  # pyright: ignore[reportArgumentType] what is none is refused there
         fresh = design.program()
-        # The structure depends on which branches the logarithms take, and on nothing else that changes here.
-        structure = program.structure if same else fresh.structure
-        return replace(fresh, structure=structure, build_seconds=perf_counter() - began)
+        return replace(fresh, structure=program.structure, build_seconds=perf_counter() - began)
 
-    def turned(self, quaternions: "Rotations") -> tuple["OrientationDesign", bool]:
-        """The question for other quaternions, and whether all logarithms take the branches they took."""
+    def turned(self, quaternions: "Rotations") -> "OrientationDesign":
+        """The question for other quaternions."""
         keys = self.keys.turned(quaternions)
         first = first_curve(keys, self.ends, self.end_rates)
-        start, space = carried(first, self.space.basis, self.space.channels)
-        same = np.array_equal(space.signs, self.space.signs) and np.array_equal(space.turns, self.space.turns)
-        return replace(self, keys=keys, start=start, space=space), same
+        start, space = carried(first, self.space.basis, self.space.pose)
+        return replace(self, keys=keys, start=start, space=space)
 
 
 def first_curve(keys: OrientationKeys, ends: str, end_rates: np.ndarray | None) -> QuaternionMotion:

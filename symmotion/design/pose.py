@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from symmotion import checks
 from symmotion.brief import in_a_line
 from symmotion.constraints import MotionConstraint, Setting
-from symmotion.design.control_start import motion_of
+from symmotion.design.control_nodes import POINT, TURN
+from symmotion.design.control_start import motion_of, unknowns_of
 from symmotion.design.orientation import RENAMED, TORQUE, OrientationDesign
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, require_start, require_times
@@ -56,8 +57,8 @@ def pose_program(
 ) -> "Program[PoseDesign]":
     """The rigid motion of least torque and bending, or otherwise best, through poses, as one program.
 
-    Minimise `objective` over control quaternions and control points, subject to unit norms, both halves of every
-    keyframe, and the constraints.
+    Minimise `objective` over control quaternions, the increments between them and control points, subject to unit
+    norms, to where the increments lead, both halves of every keyframe, and the constraints.
 
     keys: rigid `Keyframes` in space; or times (M,), beside quaternions: (M, 4) scalar first, or a
         `Rotation`, and translation: (M, 3); or a `RigidTransform`, which has both.
@@ -85,7 +86,7 @@ def pose_program(
         raise InputError("translation: (M, 3), the places of the keyframes, is needed beside times and rotations")
     points = checks.array(translation, (len(given), 3), "translation")
     energy = as_objective(objective, TORQUE + ORIGIN)
-    turning = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates, channels=7)
+    turning = OrientationDesign.of(given, energy, asked, degree, refine, knots, ends, end_rates, pose=True)
     symbols = turning.space.symbols()
     whole = ca.vertcat(*(ca.vec(closed_expression(e, w, symbols)[0]) for _, w, e in parts_of(energy)))
     if not ca.depends_on(whole, ca.vertcat(*symbols.translation)):
@@ -145,13 +146,14 @@ class PoseDesign:
 
     def program(self) -> "Program[PoseDesign]":
         """The program of this question."""
-        controls = np.concatenate([self.turning.start.control_points, self.start - self.shift], axis=1)
+        controls = np.concatenate([unknowns_of(self.turning.start), self.start - self.shift], axis=1)
         turning = self.turning
         given = [*turning.given(), *self._places()]
-        start, lengths = {UNKNOWN: controls}, {UNKNOWN: slice(4, None)}
-        shifts = {UNKNOWN: np.concatenate([np.zeros(4), self.shift])}
+        start, lengths = {UNKNOWN: controls}, {UNKNOWN: POINT}
+        shifts = {UNKNOWN: np.concatenate([np.zeros(POINT.start), self.shift])}
         terms = turning.terms(self.motion(start))
-        return assembled(start, terms, given, turning.constraints, self.setting, self, lengths, shifts)
+        asked, unit = turning.constraints, {UNKNOWN: TURN}
+        return assembled(start, terms, given, asked, self.setting, self, lengths, shifts, unit)
 
     @property
     def shift(self) -> np.ndarray:
@@ -179,7 +181,7 @@ class PoseDesign:
         """The motion of the program's unknowns."""
         controls = unknowns[UNKNOWN]
         space = self.turning.space
-        return PoseMotion(motion_of(space, controls[:, :4]), Spline(space.basis, controls[:, 4:] + self.shift))
+        return PoseMotion(motion_of(space, controls), Spline(space.basis, controls[:, POINT] + self.shift))
 
     def unknowns(self, motion: PoseMotion) -> dict[str, np.ndarray]:
         """The unknowns of a motion over the same knots."""
@@ -222,10 +224,10 @@ class PoseDesign:
             raise InputError("with_keyframes takes rigid Keyframes, or a tuple of times, quaternions and translation")
         times, quaternions, translation = keyframes
         require_times(times, self.turning.keys.times)
-        turning, same = self.turning.turned(quaternions)
+        turning = self.turning.turned(quaternions)
         points = checks.array(translation, self.translation.shape, "translation")
         start = _refined(_path(turning.keys, points, turning.ends), turning, turning.keys)
         fresh = PoseDesign(_about(turning, points), points, start).program()
-        same = same and bool(self.shift.any()) == bool(amid(points).any())
+        same = bool(self.shift.any()) == bool(amid(points).any())
         structure = program.structure if same else fresh.structure
         return replace(fresh, structure=structure, build_seconds=perf_counter() - began)

@@ -122,13 +122,15 @@ def assembled(
     design: DesignT,
     lengths: Mapping[str, slice] | None = None,
     shifts: Mapping[str, np.ndarray] | None = None,
+    directions: Mapping[str, slice] | None = None,
 ) -> Program[DesignT]:
     """The program of a question: the conditions given, and the constraints beside them, which are independent.
 
-    lengths, shifts: as of a `Program`.
+    lengths, shifts, directions: as of a `Program`.
     """
     extra = built(constraints, setting, given)
-    program = Program(start, tuple(terms), (*given, *extra), design, lengths=lengths or {}, shifts=shifts or {})
+    told = {"lengths": lengths or {}, "shifts": shifts or {}, "directions": directions or {}}
+    program = Program(start, tuple(terms), (*given, *extra), design, **told)
     if extra:
         require_independent(program)
     return program

@@ -24,7 +24,7 @@ from symmotion.fairing.result import FairingResult, FairingStatus
 from symmotion.solvers import ExactNewton
 
 Method = Literal["greedy", "orthogonal", "least-squares", "bounded"]
-METHODS = ("greedy", "orthogonal", "least-squares", "bounded")
+METHODS = ("greedy", "orthogonal", "least-squares", "bounded")  # of `fair`, local ones first
 Form = Literal["closed", "program"]
 STEPS_PER_KNOT = 100
 # And within tolerances, where steps that are still allowed go round in circles, so many per knot without a better net.

@@ -57,6 +57,8 @@ class FairingResult(Generic[AnyMotion]):
     Of a keyframe multipliers["keyframes"] (M, d) are what it costs: with another D* + η, both parts over the length of
     Q* and the dual one over `length`, the objective changes by −κ λ · η (with a weight given, by −w λ · η).
 
+    seconds: wall-clock.
+
     >>> result = sm.fair(sm.motions.noisy_net(sm.motions.smooth_net(7), 0.01, seed=1), max_steps=20)
     >>> result.final < result.initial
     True

@@ -36,6 +36,8 @@ def read_bvh(
     when left out what the first frame tells, else "replace". frames: of a file that claims another number of frames
     than it has those "found" or those "claimed", as far as there are so many. encoding: of the names, as "shift_jis".
 
+    path: of the file.
+
     Raises InputError that names the file and the line at fault: also where the frames are not
     as many, or not as long, as the file claims.
 

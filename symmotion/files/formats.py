@@ -138,8 +138,9 @@ def row_of(path: FilePath, among: Sequence[Format], format: str | None = None) -
     Of several that share an ending the one that claims the file, else the one that claims none.
     """
     found = rows_of(path, among, format)
-    if len(found) > 1 and any(row.claims is not None for row in found) and Path(path).is_file():
-        claiming = [row for row in found if row.claims is not None and row.claims(path)]
+    if len(found) > 1 and any(row.claims is not None for row in found):
+        there = Path(path).is_file()
+        claiming = [row for row in found if there and row.claims is not None and row.claims(path)]
         found = claiming or [row for row in found if row.claims is None] or found[:1]
     if len(found) > 1:
         names = " and ".join(row.name for row in found)

@@ -44,6 +44,8 @@ def read_orientation_grid(
     coordinates of the crystal or body to those of the sample. symmetry: see `DualQuaternions.aligned`. knots: see
     `TwoParameterMotion.from_displacements`.
 
+    path: of the file.
+
     Raises InputError that names the line, the first place without an orientation, and crystal symmetry where the
     orientations do not join without it.
 
@@ -112,6 +114,8 @@ def read_tool_path(path: FilePath, *, delimiter: str | None = None) -> ToolPath:
 
     delimiter: between columns. Raises InputError that names the line at fault.
 
+    path: of the file.
+
     >>> net = sm.motions.smooth_net(6, spatial=True)
     >>> u, v = np.meshgrid(net.u.breakpoints, net.v.breakpoints, indexing="ij")
     >>> sm.files.write_tool_path(net, "tool.csv", u, v)
@@ -145,6 +149,8 @@ def read_matrix(path: FilePath) -> np.ndarray:
 
 def write_tool_path(motion: TwoParameterMotion, path: FilePath, u: ArrayLike, v: ArrayLike) -> None:
     """Write the poses of a motion at parameters u and v that broadcast, unit quaternions, numbers exactly.
+
+    path: of the file, written whole or not at all.
 
     Raises InputError where it cannot write.
 

@@ -74,6 +74,8 @@ def read_keyframes(
 
     formats: the table; with one of your own `(*symmotion.files.FORMATS, mine)`.
 
+    path: of the file; format: by name, as `symmotion.files.FORMATS` has them.
+
     Raises InputError that names the file and the line, or JSON entry, at fault, and for an option
     that the format does not have.
 
@@ -100,6 +102,10 @@ def read_recording(
     """Keyframes as `read_keyframes` reads them, with notes: what was chosen, left out, repaired, and where gaps are.
 
     options: and every, rate, format, formats: as for `read_keyframes`.
+
+    path: of the file.
+
+    Raises InputError as `read_keyframes` does.
 
     >>> sm.write_keyframes(sm.examples.random_keyframes(4, 40, seed=1), "walk.tum")
     >>> recording = sm.files.read_recording("walk.tum", every=2)
@@ -130,6 +136,8 @@ def read_skeleton(
     animation: of glb and gltf, name or index; the first that moves anything when left out. steps, format, formats: as
     in `read_keyframes`. Raises InputError that names the file and the line or entry at fault.
 
+    path: of the file.
+
     >>> sm.files.write_bvh({"left": (keys := sm.examples.random_keyframes(4, 40, seed=1)), "right": keys}, "two.bvh")
     >>> sm.files.read_skeleton("two.bvh").names
     ('Bodies', 'left', 'left end', 'right', 'right end')
@@ -144,6 +152,8 @@ def read_motion(path: FilePath, *, formats: Iterable[Format] = FORMATS) -> Motio
     """The motion of whatever kind that `write_motion` or `save` wrote to a .json file, exactly.
 
     formats: as in `read_keyframes`. Raises InputError that names the file and the entry at fault.
+
+    path: of the file.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> sm.write_motion(motion, "motion.json")
@@ -169,6 +179,8 @@ def read_two_parameter(path: FilePath, *, formats: Iterable[Format] = FORMATS) -
     (n, m, 3), knots_u (n + 4,) and knots_v (m + 4,), uniform of distance 1 when left out: the
     control data of PCG table 1. Its quaternions are put in one hemisphere; those of a motion are
     taken as they are. formats: as in `read_keyframes`.
+
+    path: of the file.
 
     Raises InputError that names the file and the entry at fault.
 

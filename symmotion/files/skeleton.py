@@ -133,6 +133,8 @@ def joint_trajectories(skeleton: Skeleton) -> np.ndarray:
 
     m_j: the offset, with each of its coordinates that has a position channel replaced by that, or added to it.
 
+    skeleton: as `read_bvh` gives it; the unit of length is the file's.
+
     >>> from pathlib import Path
     >>> lines = ["HIERARCHY", "ROOT Hips", "{", "OFFSET 0 0 0", "CHANNELS 3 Zrotation Xrotation Yrotation", "End Site"]
     >>> lines += ["{", "OFFSET 0 1 0", "}", "}", "MOTION", "Frames: 2", "Frame Time: 0.5", "0 0 0", "90 0 0"]

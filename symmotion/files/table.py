@@ -84,6 +84,7 @@ FILM = (
     Option("fps", "frames per second", float, FRAMES_PER_SECOND, checks.positive),
 )
 
+# All formats, by what they hold; a table of your own may begin with them.
 FORMATS = tuple(replace(row, whole=True) for row in (
     Format("tum", ("tum",), "keyframes", "lines t tx ty tz qx qy qz qw", read_tum, write_tum, TEXT),
     Format("kitti", ("kitti",), "keyframes", "lines of 12 numbers, the matrix [A v] row by row", read_kitti,

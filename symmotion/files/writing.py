@@ -109,6 +109,10 @@ def write_two_parameter(motion: TwoParameterMotion, path: FilePath, *, formats: 
     Entries: degree (2,), knots_u, knots_v, real (n, m, 4) and for a spatial motion dual
     (n, m, 4), scalar-first. The file appears whole or not at all. formats: as in `write_keyframes`.
 
+    path: of the file, whose ending is its format.
+
+    Raises InputError for an ending that has no format.
+
     >>> sm.files.write_two_parameter(sm.motions.smooth_net(6), "net.npz")
     """
     require_order(motion, path, "write_two_parameter", "a two-parameter motion", TwoParameterMotion)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from symmotion.jets.inertia import as_inertia
 from symmotion.jets.jet import body_point, column, of_kind
 
-HIGHEST_ORDER = 3
+HIGHEST_ORDER = 3  # of the derivatives that a jet has
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +19,9 @@ class Jet:
 
     linear, translation: the derivatives 0 … 3 of A (d, d) and v (d, 1); t: the time. A body point p is at
     v + A p. Where A is rigid, `rate`, `acceleration` and `torque` are those of the body, in its own frame.
+    By name the derivatives are A, dA, ddA, dddA and v, dv, ddv, dddv; dimension: d.
+
+    Its places raise InputError for points that are not (d,).
 
     >>> stretch = sm.JetEnergy(lambda jet: jet.gram_rate[0, 0], squares=True, label="stretch of the first axis")
     >>> round(sm.measure(sm.interpolants.component_cubic(sm.examples.quarter_turn()), stretch), 6)

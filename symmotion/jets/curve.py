@@ -14,6 +14,7 @@ class CurveJet:
     """A curve and its derivatives at one parameter, as CasADi expressions.
 
     derivatives: orders 0 … 3 of x, a column (D, 1) for points, a matrix where the curve's values are; t: the parameter.
+    By name they are x, dx, ddx, dddx.
 
     >>> steep = sm.JetEnergy(lambda jet: jet.ddx, squares=True, label="bending")
     >>> round(sm.measure(sm.curves.bezier([[0.0], [1.0], [0.0]]), steep), 6)
@@ -67,6 +68,8 @@ class NetJet:
 
     derivatives: (C, 1) each, by order: d, du, dv, duu, duv, dvv, duuu, …, dvvv. parameters: 2, or 1 of a net that is
     a curve, which has no derivative by v.
+
+    t: () a symbol of its own, as other jets have one.
 
     Raises InputError for a derivative that it does not have.
 

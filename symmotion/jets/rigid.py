@@ -20,7 +20,7 @@ class RigidJet:
 
     turn, rates, path: make the quaternion, Ω with Ω̇, and the derivatives 0 … 3 of the origin when they are asked for,
     since products of exponentials are long; path is None for an orientation alone, whose origin rests at zero.
-    t: the time. A body point p is at v + R p.
+    t: the time. A body point p is at v + R p; by name the origin and its derivatives are v, dv, ddv, dddv (3, 1).
 
     Raises InputError where the origin or a point at the origin of an orientation alone is asked for.
 

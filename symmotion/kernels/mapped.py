@@ -18,7 +18,7 @@ from symmotion.kernels.kernel import Kernel
 
 # A function in one of the forms in which it is carried out.
 Carried: TypeAlias = Machine | ArrayFunction | ca.Function
-Kernels = Literal["auto", "compiled", "interpreted"]
+Kernels = Literal["auto", "compiled", "interpreted"]  # how kernels are run; what each does: `kernel_function`
 CHUNK = 131072  # numbers that a chunk reads and writes: 1 MB
 COMPILE_FROM = 20_000  # nodes of R from which a solve or two repay the compiler: study `kernels`
 COMPILE_AFTER = (
@@ -36,6 +36,8 @@ def kernel_function(kernel: Kernel, kind: str, count: int, kernels: Kernels) -> 
     "auto" takes what is in the cache, and has compiled beside what goes on what a program repays at once, and what many
     small ones have used so often that the compiler would have been repaid. What is not compiled is carried out by NumPy
     at many nodes, see `ArrayFunction`, and by CasADi at few.
+
+    kind: its name; kernel: what it is derived from.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")
@@ -88,6 +90,8 @@ def _use(function: ca.Function) -> _Use:
 def is_compilable(kernel: Kernel, kind: str) -> bool:
     """Whether one of the functions of `derive` is short enough for a compiler.
 
+    kind: the name of that function, such as "value" or "hessian".
+
     >>> sm.kernels.is_compilable(sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel, "hessian")
     True
     """
@@ -119,6 +123,8 @@ class Mapped:
     count: nodes in all; multiple: nodes that must stay in one chunk; threads: at most so many
     work on it at once. elements: the function's pass over elements, where it has one. Every node's numbers are the
     same whatever the chunks and threads.
+
+    A call raises ValueError for arrays of other shapes, and where one that the function reads is missing.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> function = sm.kernels.kernel_function(kernel, "value", 30, "interpreted")

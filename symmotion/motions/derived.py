@@ -232,6 +232,8 @@ class RelativeMotion:
 def part(motion: AnyMotion, start: float, end: float) -> "AffineMotion | RetimedMotion":
     """A motion between two times of its domain, at the same times; of an `AffineMotion` one again, exactly.
 
+    start, end: in the unit of time of the motion, start < end.
+
     Raises InputError for times out of the domain or order.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
@@ -239,7 +241,7 @@ def part(motion: AnyMotion, start: float, end: float) -> "AffineMotion | Retimed
     >>> piece.domain, bool(np.allclose(piece(0.4).linear, motion(0.4).linear))
     ((0.25, 0.5), True)
     """
-    a, b = motion.domain
+    a, b = _domain(motion)
     start, end = checks.number(start, "start"), checks.number(end, "end")
     slack = rounding_in(a, b)
     if not a - slack <= start < end <= b + slack or end - start <= slack:
@@ -253,18 +255,22 @@ def part(motion: AnyMotion, start: float, end: float) -> "AffineMotion | Retimed
 def reverse(motion: AnyMotion) -> "AffineMotion | RetimedMotion":
     """The motion backwards, over the same domain; of an `AffineMotion` one again, exactly.
 
+    motion: of any kind. Raises InputError for what is none.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> bool(np.allclose(sm.motions.reverse(motion)(0.2).translation, motion(0.8).translation))
     True
     """
     if isinstance(motion, AffineMotion):
         return AffineMotion.from_spline(motion.spline.reversed(), motion.dimension)
-    a, b = motion.domain
+    a, b = _domain(motion)
     return RetimedMotion(motion, Spline(BSplineBasis.clamped([a, b], 1), np.array([b, a])))
 
 
 def concatenate(motions: Iterable[AnyMotion]) -> SequentialMotion:
     """Motions one after the other; see `SequentialMotion`.
+
+    motions: one or more, of one dimension, of any kind. Raises InputError for others.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> sm.motions.concatenate([motion, motion, motion]).domain
@@ -337,6 +343,12 @@ def dimension_of(motion: AnyMotion) -> int:
         return matrices_of(motion, np.array([motion.domain[0]])).shape[-1] - 1
     except (AttributeError, TypeError):
         raise InputError(f"a {type(motion).__name__} is no motion: one with a domain and positions is needed") from None
+
+
+def _domain(motion: AnyMotion) -> tuple[float, float]:
+    """The motion's domain; InputError where it is no motion."""
+    dimension_of(motion)
+    return motion.domain
 
 
 def marks_of(motion: AnyMotion) -> np.ndarray:

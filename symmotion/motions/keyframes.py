@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from symmotion.motions.rotations import Rotations
 
-PARAMETRISATIONS = ("uniform", "chordal", "centripetal")
+PARAMETRISATIONS = ("uniform", "chordal", "centripetal")  # ways to choose times (HJK 2.2)
 
 
 class Keyframe(NamedTuple):

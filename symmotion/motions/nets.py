@@ -18,6 +18,10 @@ def smooth_net(
 
     knots: "uniform", "clamped", "chordal" or "centripetal".
 
+    spatial: whether there are translations, else it turns about the origin.
+
+    Raises InputError for fewer controls than a cubic has, and knots that are none of these.
+
     >>> sm.motions.smooth_net(6)
     TwoParameterMotion(spherical, 6 × 6 controls of degrees 3 and 3, u 3 to 6, v 3 to 6)
     """

@@ -44,6 +44,8 @@ def polar_factors(linear: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
     Returns M (N, d, d), S (N, d, d) and the singular values of A (N, d), in decreasing order.
     Where A reflects, M has determinant −1; where A is singular, M is not determined.
 
+    linear: the matrices A, (N, d, d).
+
     >>> rotation, stretch, sizes = sm.motions.polar_factors(np.array([[[0.0, -2.0], [1.0, 0.0]]]))
     >>> rotation[0].round(9) + 0.0, sizes[0]
     (array([[ 0., -1.],
@@ -59,6 +61,8 @@ class RigidSamples:
 
     times: (N,); rotations: (N, d, d), determinant +1; translation: (N, d), the motion's own.
     deviations: (N,) the Frobenius norm ‖A(t) − polar(A(t))‖, how much was given up at each time.
+
+    Its `keyframes` raises InputError for fewer than two times.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.random_keyframes(3, 40, seed=1))
     >>> sm.motions.orthonormalise(motion, [0.0, 0.5, 1.0]).rotations.shape

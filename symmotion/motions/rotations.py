@@ -23,6 +23,8 @@ def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> "Rotation":
 
     tolerance: by how much ‖AᵀA − I‖ may differ from zero.
 
+    linear: (N, 3, 3), orthogonal and of determinant 1.
+
     >>> sm.motions.as_rotations(np.eye(3)[None]).as_quat(scalar_first=True)
     array([[1., 0., 0., 0.]])
     """
@@ -46,6 +48,8 @@ def as_rotations(linear: np.ndarray, tolerance: float = 1e-6) -> "Rotation":
 def from_rotation(rotation: "Rotation") -> np.ndarray:
     """Scalar-first unit quaternions (…, 4) of a SciPy `Rotation`.
 
+    rotation: one, or an array of them.
+
     >>> from scipy.spatial.transform import Rotation
     >>> sm.quaternions.from_rotation(Rotation.from_rotvec([0, 0, np.pi])).round(9)
     array([0., 0., 0., 1.])
@@ -55,6 +59,10 @@ def from_rotation(rotation: "Rotation") -> np.ndarray:
 
 def to_rotation(q: ArrayLike) -> "Rotation":
     """The SciPy `Rotation` of scalar-first unit quaternions (…, 4).
+
+    q: scalar first; lengths are divided out.
+
+    Raises InputError for numbers that are not real.
 
     >>> sm.quaternions.to_rotation([[1.0, 0.0, 0.0, 0.0]]).as_rotvec()
     array([[0., 0., 0.]])

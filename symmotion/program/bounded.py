@@ -9,7 +9,7 @@ from scipy import sparse
 
 from symmotion.kernels import Kernel, Kernels
 from symmotion.program.evaluate import Evaluator, Pattern
-from symmotion.program.program import Constraint, Program, Structure
+from symmotion.program.program import Constraint, Program, Structure, require_program
 
 
 class Bounded:
@@ -20,6 +20,10 @@ class Bounded:
     lower, upper: (bounds,), at least one of the two finite: what is not bounded is left out. places: which of the
     program's conditions the equalities are, and which the bounds.
 
+    kernels, threads: as ExactNewton's.
+
+    Raises InputError for what is no program, and kernels and threads that are none.
+
     >>> from symmotion.program import Bounded
     >>> keys = sm.examples.planar_keyframes()
     >>> near = sm.Tolerance(linear=0.1)
@@ -28,7 +32,7 @@ class Bounded:
     """
 
     def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):
-        self.program = program
+        self.program = require_program(program)
         equal, bounds, self.places = _taken_apart(program)
         made = program.structure.setdefault(("bounded", self.places[1].tobytes()), [Structure() for _ in range(3)])
         self.equal = replace(program, constraints=equal, structure=made[0])

@@ -13,7 +13,7 @@ from symmotion.errors import InputError
 from symmotion.kernels.mapped import Kernels, default_threads
 from symmotion.program.local import LocalTables, Targets
 from symmotion.program.nodes import BlockEvaluator
-from symmotion.program.program import Program
+from symmotion.program.program import Program, require_program
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Evaluator:
     """
 
     def __init__(self, program: Program, kernels: Kernels = "auto", threads: int | None = None):
-        self.program = program
+        self.program = require_program(program)
         self.kernels: Kernels = kernels
         if kernels not in get_args(Kernels):
             raise InputError(f"kernels {kernels!r}: there are {', '.join(get_args(Kernels))}")

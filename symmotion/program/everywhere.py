@@ -51,6 +51,9 @@ def _quantity(values: np.ndarray, power: int) -> np.ndarray:
 def excess_at(values: np.ndarray, lower: np.ndarray, upper: np.ndarray, times: np.ndarray | None, power: int) -> Excess:
     """The excess of values (N, C) at times (N, s), with bounds (N, C).
 
+    lower, upper: infinite where there is none; power: 2 of a quantity that is a square, else 1: the excess is told of
+    the root.
+
     >>> values, zero = np.array([[0.5], [1.2]]), np.array([[-np.inf], [-np.inf]])
     >>> round(float(sm.program.excess_at(values, zero, np.ones((2, 1)), np.array([[0.0], [3.0]]), 1)), 9)
     0.2

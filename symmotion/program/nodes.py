@@ -20,6 +20,8 @@ class BlockEvaluator:
     Every call takes the controls (n, all channels) of the block's variable; multipliers are one for each
     component at each node, or None for a term.
 
+    kernels: "auto", "compiled" or "interpreted", as ExactNewton's; threads: how many at most.
+
     >>> from symmotion.program import BlockEvaluator
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> BlockEvaluator(program.terms[0]).block.name

@@ -18,7 +18,7 @@ from symmotion.program.everywhere import Everywhere
 from symmotion.program.quadrature import Quadrature
 from symmotion.program.state import made_of
 
-MotionT = TypeVar("MotionT", covariant=True)
+MotionT = TypeVar("MotionT", covariant=True)  # of a design: what its unknowns read as
 DesignT = TypeVar("DesignT", covariant=True, bound="Design[object]")
 # By constraint. Any: arrays, pairs of them or numbers, as the design shows them.
 Multipliers: TypeAlias = Mapping[str, Any]
@@ -256,6 +256,8 @@ class Target:
 class Targets:
     """What a program knows of `count` affine positions in d dimensions, d² + d coordinates each, rows of A first.
 
+    places: the conditions that hold coordinates of positions, and which.
+
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> program.design.targets(program)["keyframes"].dimension
     2
@@ -293,6 +295,7 @@ class Program(Generic[DesignT]):
     design: turns x back into a motion. build_seconds: what making the program took.
     lengths: by name, the channels that are lengths in the user's unit; the others are pure numbers.
     shifts: by name, (channels,) what was subtracted from each control, so that it is not far from zero.
+    directions: by name, the channels that make unit vectors, see `normalised`.
 
     The Lagrangian is L = Σ terms + λᵀg, so that the optimum changes by −λ with the data that
     g subtracts.
@@ -312,6 +315,7 @@ class Program(Generic[DesignT]):
     build_seconds: float | None = None
     lengths: Mapping[str, slice] = field(default_factory=dict)
     shifts: Mapping[str, np.ndarray] = field(default_factory=dict)
+    directions: Mapping[str, slice] = field(default_factory=dict)
     # Derived structure (patterns, null-space bases), shared by programs that differ in data only.
     structure: Structure = field(default_factory=Structure, repr=False)
 
@@ -352,6 +356,15 @@ class Program(Generic[DesignT]):
         """(unknowns,) what was subtracted from each unknown."""
         none = {name: np.zeros(value.shape) for name, value in self.start.items()}
         return self.pack({name: value + self.shifts.get(name, 0.0) for name, value in none.items()})
+
+    def normalised(self, x: np.ndarray) -> np.ndarray:
+        """x (unknowns,) with its unit vectors, such as control quaternions, of length one."""
+        if not self.directions:
+            return x
+        values = {name: value.copy() for name, value in self.unpack(x).items()}
+        for name, channels in self.directions.items():
+            values[name][:, channels] /= np.linalg.norm(values[name][:, channels], axis=1, keepdims=True)
+        return self.pack(values)
 
     def pack(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Named arrays as one vector x."""
@@ -564,3 +577,10 @@ class Program(Generic[DesignT]):
         return "\n".join(lines)
 
     __repr__ = __str__
+
+
+def require_program(value: object) -> Program:
+    """The value; InputError unless it is a program."""
+    if not isinstance(value, Program):
+        raise InputError(f"program of type {type(value).__name__}: what affine_program and its like return is needed")
+    return value

@@ -17,6 +17,8 @@ def to_figure(figure: Canvas, name: str, caption: str, alt: str = "") -> Figure:
 
     name, caption: as in `Figure`.
 
+    Raises InputError for a name that a file cannot have.
+
     >>> with sm.views.new_figure() as figure:
     ...     lines = figure.add_subplot().plot([0, 1], [0, 1])
     >>> sm.report.to_figure(figure, "line", "A line.").name
@@ -29,6 +31,8 @@ def convergence_figure(runs: Sequence[Run], name: str, caption: str, alt: str = 
     """Stationarity over iterations, a line per run that logged any, a panel per case.
 
     runs: with logs; name, caption, alt: as in `Figure`.
+
+    Raises InputError for a name that a file cannot have.
 
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
     >>> run = sm.report.Run.of("four keyframes", solution)

@@ -182,6 +182,8 @@ def player_elements(players: Sequence[Player]) -> tuple[list[str], str]:
     those of the page, whose style may define --ink, --paper, --line, --wash, --link and the font --data. Nothing is
     fetched. Names differ. Raises InputError where they do not.
 
+    players: of one page.
+
     >>> import symmotion as sm
     >>> keys = sm.examples.planar_keyframes()
     >>> moving = sm.report.player("spline", {"spline": sm.interpolants.component_cubic(keys)}, None, "A letter.", keys)

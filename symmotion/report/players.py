@@ -39,6 +39,9 @@ def player(
     is seen first; centre: the body point whose path is drawn, the origin when left out; span: the
     times shown, all when left out. Two tracks of 33 times in space are about 10 kB of the page.
 
+    name: one of its own on a page; caption: below it; unit: of the times; alt: what is seen, in words, the caption when
+    left out.
+
     Raises InputError where body, motions and keyframes are not of one dimension, or a motion bends too often.
 
     >>> keys = sm.examples.planar_keyframes()

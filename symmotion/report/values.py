@@ -69,6 +69,10 @@ class Player:
     unit: of the times; direction: from where a body in space is first seen; centre: the body point
     whose path is drawn.
 
+    name: one of its own on a page; body: what moves; caption: below it; alt: what is seen, in words.
+
+    Raises InputError for a name that a page cannot have.
+
     >>> keys = sm.examples.planar_keyframes()
     >>> moving = sm.report.player("spline", {"spline": sm.interpolants.component_cubic(keys)}, None, "A letter.", keys)
     >>> moving.domain
@@ -115,6 +119,9 @@ class Run:
         bounds, anywhere where they are meant so, None where there are none; evaluations: of functions and
         derivatives, all together; unknowns, multipliers: how many;
     log: the iterations, for plots; message: what the solver said where it did not solve.
+
+    case, method, solver: what was solved, by which solver's short name and repr; status: one of `solvers.Status`;
+    objective: at the end; convergence_order: of the last steps; iterations: of the solver; seconds: by part.
 
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
     >>> sm.report.Run.of("four keyframes", solution).certified
@@ -193,6 +200,10 @@ class StudyResult:
     answer: the one sentence that its reader takes away, of what was measured; the first figure stands beside it.
     conclusion: plain text, blank lines between paragraphs; notes: about this run of it.
 
+    tables, figures, players: what it shows, by name; runs: solvers on its cases.
+
+    Raises InputError for names that repeat.
+
     >>> from symmotion.report import Column, StudyResult, Table
     >>> StudyResult((Table("heights", (Column("h", "mm"),), ((1.5,),)),)).tables[0].rows
     ((1.5,),)
@@ -254,6 +265,8 @@ class Study:
     subject: what the report groups it under; alone: whether it times what it does, so that no other runs beside it;
     effort: about the seconds that its quick form takes; of those that run at the same time long ones begin.
 
+    source: the paper's section, or "".
+
     >>> from symmotion.report import Study, StudyOptions, StudyResult
     >>> study = Study("mine", "Is it so?", "", lambda options: StudyResult(conclusion="It is."))
     >>> study.run(StudyOptions()).conclusion
@@ -277,6 +290,8 @@ class StudyRecord:
     """A study that was run: its result, or None and the error in one line; seconds: wall-clock.
 
     traceback: of an error that is a defect rather than bad input; subject: the study's.
+
+    name, question, source: the study's.
 
     Raises InputError for a name that a file cannot have.
 

@@ -46,6 +46,8 @@ def amount(
 
     values: (M, c); order: of the derivative, 2 or 3.
 
+    Raises InputError for an order above the degree of the basis.
+
     >>> t = np.linspace(0, 1, 30)
     >>> basis = sm.splines.BSplineBasis.clamped(np.linspace(0, 1, 20), 3)
     >>> from symmotion.smoothing import amount

@@ -107,6 +107,8 @@ def plan(recording: Keyframes | FilePath, *, noise: Noise = None) -> Plan:
 
     recording, noise: as for `smooth`.
 
+    Raises InputError for noise that is negative or of one part only.
+
     >>> from symmotion.smoothing import plan
     >>> len(plan(sm.examples.recorded_tour(30)).notes) > 0
     True
@@ -139,6 +141,8 @@ def _noise(noise: Noise) -> tuple[float, float] | None:
 
 def is_rigid(keyframes: Keyframes) -> bool:
     """Whether all linear parts are rotations, to 1e-6.
+
+    keyframes: affine, in the plane or in space.
 
     >>> from symmotion.smoothing import is_rigid
     >>> is_rigid(sm.examples.quarter_turn()), is_rigid(sm.examples.planar_keyframes())

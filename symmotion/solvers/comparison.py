@@ -9,6 +9,7 @@ from symmotion.checks import choice
 from symmotion.errors import InputError
 from symmotion.pictures import as_html, plot_comparison
 from symmotion.program import Program
+from symmotion.program.program import require_program
 from symmotion.solvers.elimination import Elimination
 from symmotion.solvers.ipopt import Ipopt
 from symmotion.solvers.minima import distinct
@@ -16,7 +17,7 @@ from symmotion.solvers.newton import ExactNewton
 from symmotion.solvers.plain import PlainIpopt
 from symmotion.solvers.pursuit import Run, pursue
 from symmotion.solvers.solution import Solution, Status
-from symmotion.solvers.solver import Solver, conclude, require_program, require_solver
+from symmotion.solvers.solver import Solver, conclude, require_solver
 from symmotion.solvers.verdict import verdict
 
 # Short names of solvers, as reports and the command line use them.

@@ -10,10 +10,11 @@ import numpy as np
 from symmotion import checks
 from symmotion.program import DesignT, Excess, Program
 from symmotion.program.everywhere import Everywhere
+from symmotion.program.program import require_program
 from symmotion.solvers.held_times import HeldTimes
 from symmotion.solvers.reduced import Reduced
 from symmotion.solvers.solution import Course, Round, Seconds, Solution, Status
-from symmotion.solvers.solver import require_program, start_vector
+from symmotion.solvers.solver import start_vector
 from symmotion.systems import conflict, conflicting
 
 # What solves a program at the times that it holds its bounds, from a start.

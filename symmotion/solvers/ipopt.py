@@ -61,6 +61,8 @@ class Ipopt:
 
     max_iterations, tolerance: IPOPT's, ended by the certificate.
 
+    derivatives: of 0.1.0; an InputError says what takes its place.
+
     >>> solver = sm.Ipopt(options={"mu_strategy": "adaptive"})
     >>> solver.solve(sm.affine_program(sm.examples.planar_keyframes())).require().certified
     True

@@ -18,6 +18,8 @@ def require_kernels(kernels: Kernels, threads: int | None) -> None:
 def require_limits(tolerance: float, max_iterations: int, time_limit: float | None, callback: Callback | None) -> None:
     """Raise InputError that names the option, unless these four are what every solver takes.
 
+    tolerance: positive; max_iterations: 1 or more; time_limit: in seconds, or None; callback: of an Iteration, or None.
+
     >>> sm.solvers.require_limits(1e-8, 100, None, None)
     """
     positive(tolerance, "tolerance")

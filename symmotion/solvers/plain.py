@@ -33,6 +33,8 @@ class PlainIpopt:
 
     tolerance, max_iterations, time_limit, callback: as Ipopt's. One solve at a time, whatever the threads.
 
+    Raises InputError for options that are none.
+
     >>> sm.solvers.PlainIpopt().solve(sm.affine_program(sm.examples.quarter_turn())).require(1e-6).method
     'ipopt-plain'
     """

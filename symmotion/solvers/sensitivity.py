@@ -35,7 +35,12 @@ class Sensitivity:
     Where the bounds have contact times that the solver moves (`solvers.exchange`), the times follow.
     Source: Fiacco 1983; Pirnay, López-Negrete, Biegler 2012.
 
+    program, x (unknowns,), multiplier_vector (conditions,): the minimum; response: what solves with its KKT matrix;
+    repeated: numbers and rows of the pressing conditions that depend on the others. `Solution.sensitivity` makes one.
+
     Raises InputError for data that the program does not have, and shapes that are not theirs.
+
+    SolveError where the minimum has none: a bound that is met without a multiplier.
 
     >>> keys = sm.examples.planar_keyframes()
     >>> sensitivity = sm.ExactNewton().solve(sm.affine_program(keys)).require().sensitivity()

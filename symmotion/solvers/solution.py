@@ -73,6 +73,8 @@ class Iteration:
     theta: share of the exact Hessian in the matrix factorised for the step taken from here;
     step: its length; inertia: of the exact Hessian; evaluate, linear: seconds of this iteration.
 
+    objective: f there.
+
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
     >>> solution.log[-1].stationarity < solution.log[0].stationarity
     True
@@ -120,6 +122,8 @@ class Round:
     """One solve of an exchange, see `solvers.exchange`.
 
     times: by constraint, at how many times it was held; excess: by constraint, certified or sampled, of what came out.
+
+    objective: f at its end; iterations: of that solve.
 
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> solution = sm.ExactNewton().solve(sm.orientation_program(keys, constraints=[sm.RateBound(1.2)], refine=2))
@@ -195,7 +199,8 @@ class Solution(Generic[DesignT]):
     interrupted: whether a callback or the time limit ended it, with a solution or without, so that it may end
     elsewhere another time. claimed: whether the solver itself reported success, whatever the certificate says of it.
 
-    status, certificate, seconds: how it ended, what symmotion computed there, and how long it took. Raises
+    status, certificate, seconds: how it ended, what symmotion computed there, and how long it took. Of the certificate
+    `objective`, `stationarity`, `violation` and `inertia` stand here too. Raises
     InputError where the motion of several bodies is asked for as one.
 
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes())).require()

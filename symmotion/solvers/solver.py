@@ -11,6 +11,7 @@ from symmotion.checks import array
 from symmotion.errors import InputError
 from symmotion.forking import LIBRARIES
 from symmotion.program import DesignT, Evaluator, Program
+from symmotion.program.program import require_program
 from symmotion.solvers.journal import Failure
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.systems import certify, conflict, conflicting
@@ -76,15 +77,10 @@ def require_solver(value: object, *names: str) -> Solver:
     return cast(Solver, value)
 
 
-def require_program(value: object) -> Program:
-    """The value; InputError unless it is a program."""
-    if not isinstance(value, Program):
-        raise InputError(f"program of type {type(value).__name__}: what affine_program and its like return is needed")
-    return value
-
-
 def start_vector(program: Program, start: object) -> np.ndarray:
     """(unknowns,) a start as x: None for the program's own, a Solution, a motion, or (unknowns,) numbers.
+
+    Raises InputError for a start of another length or kind, or that is not finite.
 
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> sm.solvers.start_vector(program, None).shape
@@ -120,6 +116,8 @@ def require_equalities(program: Program, solver: str, curved: bool = False) -> N
 
     curved: whether it takes nonlinear equalities.
 
+    program: what it is asked to solve; solver: its name, for the message.
+
     >>> sm.solvers.require_equalities(sm.affine_program(sm.examples.planar_keyframes()), "mine")
     """
     for c in require_program(program).constraints:
@@ -148,6 +146,10 @@ def conclude(
     x (unknowns,), multipliers (conditions,): where the solver ended, with L = f + λᵀg.
     method: the solver's short name, of its class when left out; failure: what the solver says went wrong, None where
     it claims success; evaluator: one of the program, if there is one.
+
+    log: its iterations; seconds: what it measured, by name.
+
+    Raises InputError for x and multipliers of other lengths.
 
     >>> from symmotion.solvers import conclude
     >>> program = sm.affine_program(sm.examples.planar_keyframes())

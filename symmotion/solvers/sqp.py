@@ -1,5 +1,7 @@
 """Newton's method where equality constraints are curved: SQP on the sparse saddle system."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from symmotion.program import Evaluator
@@ -8,9 +10,14 @@ from symmotion.solvers.journal import Journal
 from symmotion.solvers.solution import Iteration
 from symmotion.systems import AnyFactor, Saddle, largest, reach, shifted, tenfold
 
+EPS = float(np.finfo(float).eps)
 RIDGE = 1e-8
 # The share of the linearised violation that the merit's slope must at least account for.
 ACCOUNTED = 0.5
+# Second-order corrections of a step, each of which halves the violation at least.
+CORRECTIONS = 4
+# A step is short from here on down.
+SHORT = 0.2
 
 
 class Curved:
@@ -18,9 +25,10 @@ class Curved:
 
     Each step solves [[M, Jᵀ], [J, 0]] (d, λ⁺) = (−∇f, −c), M = H_GN + θ (H − H_GN + Σ λ_i ∇²c_i), a
     blend of Gauss–Newton and exact Lagrangian Hessian that is positive definite along the
-    conditions, with θ = 1 at the end. The line search is on the merit f + μ ‖c‖₁, c in own units; where the full
-    step fails for the curvature of the conditions, a second-order correction, −c(x + d) through
-    the same factor, is tried before a shorter one.
+    conditions, with θ = 1 at the end. The line search is on the merit f + μ ‖c‖₁, c in own units; where a step fails
+    for the curvature of the conditions, second-order corrections, −c(x + d) through the same factor, are tried before
+    a shorter one. Unit vectors are normalised. Where steps are short the next multiple of the identity that makes M
+    positive definite begins larger.
 
     saddle: the program's, at any point; x (unknowns,), multipliers (conditions,): where it stands.
     """
@@ -44,6 +52,8 @@ class Curved:
         self._enough, self._wanted = Enough(tolerance, evaluator), multipliers
         self._objective, self._violation = 0.0, np.empty(0)
         self._penalty, self._escapes = 0.0, 0
+        # The multiple of the identity that M is given first where it needs one, and the one it was given last.
+        self._first, self._shift = RIDGE, 0.0
         # What a condition counts in the merit, in own units: (conditions,), as at the start.
         self._own = reach(saddle.jacobian, evaluator.program.unit)
 
@@ -66,18 +76,22 @@ class Curved:
 
     def shifted(self, matrix: np.ndarray) -> AnyFactor:
         scale = largest(matrix[self.system.diagonal]) or 1.0
-        shifts = tenfold(RIDGE * scale, most=1e3 * scale)
+        shifts = tenfold(self._first * scale, most=1e3 * scale)
         unit, system = self.evaluator.program.unit, self.system
-        return shifted(system, matrix, unit, shifts, 1.0, lambda m: self.journal.timed(system.factorise, m))[0]
+        factor, shift = shifted(system, matrix, unit, shifts, 1.0, lambda m: self.journal.timed(system.factorise, m))
+        self._shift = shift / scale
+        return factor
 
     def settled(self, point: Point, factor: AnyFactor) -> bool:
         jacobian, unit = self.system.jacobian, self.evaluator.program.unit
-        right = np.concatenate([-point.gradient, -self._violation])
-        solution = self.journal.timed(self.system.solve, factor, right)
-        point.step, self._wanted = solution[: self.system.n], solution[self.system.n :]
-        missed = largest(self._violation / reach(jacobian, unit))
+        # For the change of the multipliers: beside what these carry of the gradient a small step would be rounding.
         residual = point.gradient + jacobian.T @ self.multipliers
-        mismatch = largest(unit * (jacobian.T @ (self._wanted - self.multipliers)))
+        right = np.concatenate([-residual, -self._violation])
+        solution = self.journal.timed(self.system.solve, factor, right)
+        point.step, change = solution[: self.system.n], solution[self.system.n :]
+        self._wanted = self.multipliers + change
+        missed = largest(self._violation / reach(jacobian, unit))
+        mismatch = largest(unit * (jacobian.T @ change))
         tolerance = CLEARLY * self._enough.tolerance
         return (
             missed <= tolerance
@@ -105,11 +119,25 @@ class Curved:
         merit = self._objective + missed
         self.x, length, value = self._searched(step, merit, float(gradient @ step) - missed, factor)
         self.multipliers = self.multipliers + min(1.0, length) * (wanted - self.multipliers)
+        if self._shift:
+            self._first = max(RIDGE, self._shift * (10.0 if length < SHORT else 0.1 if length == 1.0 else 1.0))
+            self._shift = 0.0
         # Rounding may hide the last decrease: only several steps without one are the end.
         return length, value < merit or outward is not None
 
     def rest(self, point: Point, factor: AnyFactor) -> None:
-        """Nothing: the multipliers were found with the point."""
+        """One more step from a minimum, the factor of which is there: it squares the error for one gradient."""
+        if factor is None:
+            return
+        evaluator, x = self.evaluator, self.evaluator.program.normalised(self.x + point.step)
+        violation, jacobian = evaluator.violation(x), evaluator.jacobian(x)
+        stationarity = largest(evaluator.gradient(x) + jacobian.T @ self._wanted)
+        if largest(violation) <= largest(self._violation) and stationarity <= point.row.stationarity:
+            self.x, self.multipliers = x, self._wanted
+            row = self.journal.log.pop()
+            self.journal.log.append(replace(row, theta=1.0, step=1.0))
+            at = Iteration(evaluator.objective(x), stationarity, largest(violation), inertia="positive")
+            self.journal.add(at)
 
     def _weighed(self, slope: float, multipliers: np.ndarray) -> float:
         """μ large enough for d to descend on f + μ ‖c‖₁, and no larger than need be."""
@@ -125,19 +153,24 @@ class Curved:
         self, step: np.ndarray, merit: float, slope: float, factor: AnyFactor
     ) -> tuple[np.ndarray, float, float]:
         """The point accepted along a step, the length of the step and the merit there."""
-        length = 1.0
-        rounding = 1e-14 * (abs(merit) + 1e-300)
+        length, onto = 1.0, self.evaluator.program.normalised
+        rounding = 1e-14 * (abs(merit) + 1e-300) + EPS * self._penalty * self.system.m
         while True:
-            fresh = self.x + length * step
-            value, violation = self._merit(fresh)
-            if value <= merit + 1e-4 * length * min(slope, 0.0) + rounding or length < 1e-10:
-                return fresh, length, value
-            if length == 1.0:
-                right = np.concatenate([np.zeros(self.system.n), -violation])
-                corrected = fresh + self.journal.timed(self.system.solve, factor, right)[: self.system.n]
-                value, _ = self._merit(corrected)
-                if value <= merit + 1e-4 * min(slope, 0.0) + rounding:
-                    return corrected, length, value
+            enough = merit + 1e-4 * length * min(slope, 0.0) + rounding
+            point = plain = onto(self.x + length * step)
+            value, violation = at_once, _ = self._merit(point)
+            for _ in range(CORRECTIONS):
+                if value <= enough:
+                    break
+                before, right = self._missed(violation), np.concatenate([np.zeros(self.system.n), -violation])
+                point = onto(point + self.journal.timed(self.system.solve, factor, right)[: self.system.n])
+                value, violation = self._merit(point)
+                if not self._missed(violation) < 0.5 * before:
+                    break
+            if value <= enough:
+                return point, length, value
+            if length < 1e-10:
+                return plain, length, at_once
             length *= 0.5
 
     def _merit(self, x: np.ndarray) -> tuple[float, np.ndarray]:

@@ -25,6 +25,8 @@ def rounding(times: ArrayLike) -> float:
 def same_times(one: ArrayLike, other: ArrayLike, domain: ArrayLike | None = None) -> bool:
     """Whether times of one shape are the same, number by number, in a domain; their own where it is left out.
 
+    one, other: the times, of one shape.
+
     >>> sm.splines.same_times([0.1 + 0.2], [0.3])
     True
     """

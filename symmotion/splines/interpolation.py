@@ -35,6 +35,8 @@ def check_times(times, what: str = "keyframe") -> np.ndarray:
 
     Dates and durations, of NumPy, Python or an index of pandas, become seconds since the first.
 
+    what: of which the times are, for the message.
+
     >>> sm.splines.check_times([0, 1, 3])
     array([0., 1., 3.])
     """
@@ -193,6 +195,8 @@ def closest(basis: BSplineBasis, spline: Spline, times) -> Spline:
 
     This carries a start value into a space of another degree: it is exact where the space
     holds `spline`, and stays smooth where it does not. Solved as one sparse saddle system.
+
+    times: (M,), fewer than the basis has controls. Raises InputError for times outside of the domain.
 
     >>> spline = sm.splines.cubic_interpolant([0.0, 1.0, 2.0], [0.0, 1.0, 0.0])
     >>> fewer = sm.splines.closest(sm.splines.BSplineBasis.clamped([0.0, 2.0], 3), spline, np.array([0.0, 2.0]))

@@ -30,6 +30,8 @@ def gauss(basis: BSplineBasis, nodes: int) -> tuple[np.ndarray, np.ndarray]:
     They are times; of `basis.relative` times from its origin on, which far from zero lose no digits.
     Exact for integrands that are polynomials of degree 2 nodes − 1 on every span.
 
+    nodes: per span. Raises InputError where that is no whole number ≥ 1.
+
     >>> points, weights = sm.splines.gauss(sm.splines.BSplineBasis.clamped([0.0, 1.0, 3.0], 3), 2)
     >>> points.shape, weights.sum(axis=1)
     ((2, 2), array([1., 2.]))

@@ -23,6 +23,8 @@ class CharacteristicCurve:
     sphere: (N, 3) unit vectors s with g(s) = 0, in order round the loop, the last followed by
     the first; points: (N, 3) w + B s.
 
+    Raises InputError for points that are no numbers.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
     >>> curves = sm.sweeps.characteristic_curves(sm.sweeps.MovingEllipsoid(motion, [1.0, 0.7, 0.5]), 0.5)
     >>> bool(np.allclose(np.linalg.norm(curves[0].sphere, axis=1), 1.0))
@@ -76,6 +78,8 @@ def characteristic_curves(body: MovingEllipsoid, t: float, meridians: int = 180)
 
     meridians: at least 8; near turns they are halved until the gap cannot be seen. Raises
     InputError for a time outside the domain and where the ellipsoid is flat.
+
+    body: the ellipsoid and its motion; t: a time in the domain.
 
     >>> motion = sm.interpolants.component_cubic(sm.Keyframes([0.0, 1.0], [np.eye(3)] * 2, [[0, 0, 0], [2, 0, 0]]))
     >>> (circle,) = sm.sweeps.characteristic_curves(sm.sweeps.MovingEllipsoid(motion), 0.5)

@@ -52,6 +52,10 @@ class SweptVolume:
     closed: whether the motion ends as it begins, so that there are no end caps; samples:
     points that `overlap` and `union` draw.
 
+    body: the `MovingEllipsoid`; method: "envelope" or "implicit", as in `swept_volume`.
+
+    Raises InputError for times that are no numbers.
+
     >>> motion = sm.interpolants.component_cubic(sm.Keyframes([0.0, 1.0], [np.eye(3)] * 2, [[0, 0, 0], [2, 0, 0]]))
     >>> swept = sm.sweeps.swept_volume(sm.sweeps.MovingEllipsoid(motion), slices=16, divisions=12, samples=1024)
     >>> bool(abs(swept.volume / (2 * np.pi + 4 * np.pi / 3) - 1) < 0.03)
@@ -143,6 +147,8 @@ def swept_volume(
     Both methods converge with the second order. A motion that ends as it begins, with the same
     rates, has no caps. Raises InputError that names a time where the ellipsoid is flat
     or, of a spline, jumps. Source: HJK 5.4.
+
+    body: the ellipsoid and its motion; method: one of those two.
 
     >>> motion = sm.interpolants.component_cubic(sm.Keyframes([0.0, 1.0], [np.eye(3)] * 2, [[0, 0, 0], [2, 0, 0]]))
     >>> swept = sm.sweeps.swept_volume(sm.sweeps.MovingEllipsoid(motion), slices=16, divisions=12, samples=1024)

@@ -178,6 +178,8 @@ NOWHERE = Certificate(NAN, NAN, NAN, NAN, NAN, "unknown", mismatch=np.inf)
 def system_of(program: Program, evaluator: Evaluator, x: np.ndarray) -> AnySystem:
     """The saddle system that suits the structure of a program with linear equalities: condensed, else sparse.
 
+    evaluator: one of the program; x: (unknowns,), where the conditions are linearised.
+
     >>> from symmotion.program import Evaluator
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> sm.systems.system_of(program, Evaluator(program), program.x0)

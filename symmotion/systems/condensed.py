@@ -48,6 +48,9 @@ class Condensed:
     knot per segment does that for cubics, HJK 4.3), Z is as local as the B-splines, the
     reduced Hessian ZᵀHZ is banded, and the multipliers follow from the pivots' rows.
 
+    program: of linear equalities; conditions: their Jacobian; pivots: (conditions,) a free control for each; decoupled:
+    whether no two conditions read one pivot. `system_of` finds them.
+
     >>> sm.systems.Condensed.of(sm.affine_program(sm.examples.planar_keyframes()))
     Condensed(20 of 36 unknowns)
     """

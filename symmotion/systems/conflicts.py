@@ -28,6 +28,8 @@ def conflicting(program: Program, x: np.ndarray, evaluator: Evaluator | None = N
 
     program: whose; evaluator: of the program, where there is one already.
 
+    Raises InputError for what is no program.
+
     >>> keys = sm.examples.planar_keyframes()
     >>> objective = sm.Rigidity() + sm.TrajectoryEnergy(np.eye(2))
     >>> slow = sm.SpeedBound(np.zeros((1, 2)), 1.0)
@@ -65,6 +67,8 @@ def conflicting(program: Program, x: np.ndarray, evaluator: Evaluator | None = N
 
 def conflict(program: Program, names: Sequence[str], proven: bool = False) -> str:
     """What is to be said of conditions that conflict; proven: whether that is so for no linear ones too.
+
+    program: whose; names: of the conditions.
 
     >>> sm.systems.conflict(sm.affine_program(sm.examples.planar_keyframes()), ["keyframes", "speed"])
     "'keyframes' and 'speed' cannot hold together"

@@ -35,10 +35,14 @@ class Curvature:
 POSITIVE, FLAT, UNKNOWN = Curvature("positive"), Curvature("flat"), Curvature("unknown")
 
 
-def scaling(diagonal: np.ndarray, largest: np.ndarray) -> np.ndarray:
-    """(size,) d so that d_i h_ij d_j are of order one, whatever the units; from the diagonal and the rows' largest."""
+def scaling(diagonal: np.ndarray, largest: np.ndarray, least: float = 0.0) -> np.ndarray:
+    """(size,) d so that d_i h_ij d_j are of order one, whatever the units; from the diagonal and the rows' largest.
+
+    least: of the diagonal, relative to the row's largest, where both may be next to nothing: along conditions alone the
+    matrix has to be positive.
+    """
     top = float(np.abs(diagonal).max(initial=0.0)) or float(largest.max(initial=0.0)) or 1.0
-    square = np.maximum(np.abs(diagonal), largest**2 / top)
+    square = np.maximum(np.maximum(np.abs(diagonal), largest**2 / top), least * np.maximum(largest, least * top))
     return 1.0 / np.sqrt(np.where(square > 0, square, 1.0))
 
 

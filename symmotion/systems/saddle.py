@@ -34,11 +34,13 @@ from symmotion.systems.system import gram_factor, own_size, reach, solved
 
 # The factorisation does not pivot: a zero in the lower block would stop it, and one that is next to zero costs the
 # digits of all that is small beside stiff bounds. Refinement removes its effect.
-DELTA = 1e-5
+DELTA = 1e-3
 # Sweeps that bring rows and columns to size one, and steps of refinement, which end at a relative residual.
 SWEEPS, REFINED, EXACT = 5, 8, 1e-15
 # Unknowns up to which a dense basis of the null space is taken, where it decides whether curvature is negative.
 DENSE = 300
+# Of a diagonal entry beside the largest of its row, see `scaling`.
+SLIGHT = 1e-4
 # Weights of the conditions beside a Hessian of order one, in turn.
 WEIGHTS = (1e2, 1e4, 1e6, 1e8)
 
@@ -119,11 +121,14 @@ class HessianTriangle:
 def kkt_pattern(program: Program) -> sparse.csr_array:
     """(unknowns + conditions)² where the saddle matrix [[H, Jᵀ], [J, 0]] can differ from zero, as a boolean array.
 
+    Raises InputError for what is no program.
+
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> sm.systems.kkt_pattern(program).shape == (program.unknowns + program.conditions,) * 2
     True
     """
-    triangle, jacobian = HessianTriangle.of(program), Evaluator(program).jacobian(program.x0)
+    jacobian = Evaluator(program).jacobian(program.x0)
+    triangle = HessianTriangle.of(program)
     hessian = triangle.full(np.ones(triangle.pattern.size), program.unknowns)
     return sparse.csr_array(sparse.block_array([[hessian, jacobian.T], [jacobian, None]]) != 0)
 
@@ -308,13 +313,14 @@ class Saddle:
         hessian, jacobian = self._triangle.full(flat, self.n), self.jacobian
         if not hessian.count_nonzero():
             return FLAT
-        d = scaling(hessian.diagonal(), np.asarray(abs(hessian).max(axis=1).todense()).ravel())
+        own = sparse.csr_array(self.unit[:, None] * hessian * self.unit)
+        d = self.unit * scaling(own.diagonal(), np.asarray(abs(own).max(axis=1).todense()).ravel(), SLIGHT)
         scaled = sparse.csr_array(d[:, None] * hessian * d)
-        rows = sparse.csr_array(jacobian * d)
+        rows, rounding = sparse.csr_array(jacobian * d), self.n * EPS * float(abs(scaled).max())
         if self.n <= DENSE:
             # The factorisation of the steps does not pivot: it may miss what is small.
             basis = la.qr(rows.toarray().T)[0][:, self.m :]
-            found = dense_curvature(basis.T @ (scaled @ basis), self.n * EPS * float(abs(scaled).max()))
+            found = dense_curvature(basis.T @ (scaled @ basis), rounding)
             return found if found.direction is None else Curvature("indefinite", d * (basis @ found.direction))
         size = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
         rows = sparse.csr_array(rows / np.where(size > 0, size, 1.0)[:, None])
@@ -325,7 +331,7 @@ class Saddle:
             if y is None:
                 return POSITIVE
             along = y if normal is None else y - rows.T @ normal.solve(rows @ y)
-            if along @ (scaled @ along) < -self.n * EPS * float(along @ along):
+            if along @ (scaled @ along) < -rounding * float(along @ along):
                 lowest = lowest_curvature(*self._projected(hessian))
                 return Curvature("indefinite", d * along if lowest is None else self.unit * lowest)
         return UNKNOWN

@@ -77,7 +77,7 @@ class System(Protocol[Factor]):
 
 # For whoever only hands a factor back to the system that made it. Any: known to that system only.
 AnyFactor: TypeAlias = Any
-AnySystem: TypeAlias = System[AnyFactor]
+AnySystem: TypeAlias = System[AnyFactor]  # condensed or saddle
 
 
 def shifted(
@@ -170,6 +170,8 @@ def reach(
     bounds: lower and upper ones, beside the larger of which a change that is rounding counts as none: that of squares
     at their zero. The bound itself is what counts then.
 
+    jacobian: (conditions, unknowns); unit: (unknowns,), `Program.unit`.
+
     >>> from scipy import sparse
     >>> sm.systems.reach(sparse.csr_array([[1.0, -2.0], [0.0, 0.0]]), np.array([1.0, 10.0]))
     array([21.,  1.])
@@ -194,6 +196,8 @@ def own_size(system: Diagonal, flat: np.ndarray, unit: np.ndarray) -> float:
     """The largest diagonal entry of a matrix, in the order of a system's pattern, where the unknowns' units are one.
 
     unit: (unknowns,), `Program.unit`.
+
+    flat: the matrix in the order of that pattern.
 
     >>> from symmotion.program import Evaluator
     >>> program = sm.affine_program(sm.examples.planar_keyframes())

@@ -20,7 +20,9 @@ MOST_MARKERS = 60
 MOST_BINS = 400
 
 # Inches. Set at the width of a column, 3.3 inches, the smallest letters are still 6 points high.
-WIDTH, HEIGHT = 4.5, 2.9
+WIDTH = 4.5
+HEIGHT = 2.9  # inches
+# In points.
 FONT: dict[RcKeyType, object] = {"font.size": 10, "axes.labelsize": 10, "xtick.labelsize": 9, "ytick.labelsize": 9}
 
 

@@ -31,6 +31,10 @@ def draw_body(
 ) -> None:
     """A planar body at several times of a planar motion.
 
+    axes: of Matplotlib; body: of any form that `Body.of` takes; times: (N,); colour, alpha: of the copies.
+
+    Raises InputError for a body that is none.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_body(figure.add_subplot(), motion, sm.bodies.eight_ellipses(), np.linspace(0, 1, 5))
@@ -44,6 +48,8 @@ def draw_body(
 
 def draw_path(axes: Axes, motion: Motion, point: Sequence[float] = (0.0, 0.0)) -> None:
     """The path of a body point of a planar motion.
+
+    axes: of Matplotlib; point: (2,), the origin when left out.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> with sm.views.new_figure() as figure:
@@ -59,6 +65,8 @@ def draw_inner_products(
     """Inner products of the moving test vectors over time, a line per pair; those at the keyframes as dots.
 
     vectors: (d, T) columns, the unit vectors when left out.
+
+    axes: of Matplotlib; motion: affine.
 
     >>> keys = sm.examples.quarter_turn()
     >>> with sm.views.new_figure() as figure:
@@ -84,6 +92,8 @@ def draw_inner_products(
 
 def draw_deviation(axes: Axes, motions: Mapping[str, AffineMotion]) -> None:
     """How far motions are from rigid, ‖AᵀA − I‖ over time on a logarithmic scale, a line for each.
+
+    axes: of Matplotlib; motions: affine, by their labels.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.quarter_turn())
     >>> with sm.views.new_figure() as figure:
@@ -121,6 +131,10 @@ def _instants(motion: AffineMotion) -> np.ndarray:
 def draw_kkt(axes: Axes, program: Program) -> None:
     """Where the saddle matrix [[H, Jᵀ], [J, 0]] of a program can differ from zero; a line sets off the multipliers.
 
+    axes: of Matplotlib.
+
+    Raises InputError for what is no program.
+
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_kkt(figure.add_subplot(), sm.affine_program(sm.examples.planar_keyframes()))
     """
@@ -136,6 +150,8 @@ def draw_ellipsoid(
     axes: Axes, motion: Motion, times: np.ndarray, semi_axes: Sequence[float], ink: bool = False
 ) -> None:
     """An ellipsoid at several times of a spatial motion, as its principal ellipses seen from afar; `ink`: all dark.
+
+    axes: of Matplotlib; times: (N,); semi_axes: three, along the axes of the body.
 
     >>> motion = sm.interpolants.component_cubic(sm.examples.spatial_keyframes())
     >>> with sm.views.new_figure() as figure:

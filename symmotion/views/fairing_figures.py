@@ -70,6 +70,8 @@ def sample_patch(
 def facing(patch: Patch) -> np.ndarray:
     """(3,) a direction to see a surface from: half-way between its mean normal and one tilted by 45°.
 
+    patch: the surface.
+
     >>> sm.views.facing(sm.views.sample_patch(sm.motions.smooth_net(6), samples=20)).shape
     (3,)
     """
@@ -94,6 +96,9 @@ def draw_isophotes(
     Where the surface folds in the view, so that its isophotes lie over each other, the fold is dashed and named.
 
     direction: of the view, `facing` when left out.
+
+    axes: of Matplotlib; patch: the surface; light: (3,) from where it comes; levels: how many values of c; colour: of
+    the curves.
 
     >>> patch = sm.views.sample_patch(sm.motions.smooth_net(6), samples=20)
     >>> with sm.views.new_figure() as figure:
@@ -120,6 +125,8 @@ def draw_zebra(
     colour: str = COLOURS[0],
 ) -> None:
     """Zebra stripes: what a shiny surface reflects of parallel strip lights; direction as for `draw_isophotes`.
+
+    axes: of Matplotlib; patch: the surface; colour: of the stripes.
 
     >>> patch = sm.views.sample_patch(sm.motions.smooth_net(6), samples=20)
     >>> with sm.views.new_figure() as figure:
@@ -166,6 +173,8 @@ def draw_fairness(
 
     fairness: (K, L); limits: of the colours, those of the values when left out.
 
+    axes: of Matplotlib; motion: whose knots they are.
+
     >>> net = sm.motions.noisy_net(sm.motions.smooth_net(6), 0.01, seed=1)
     >>> with sm.views.new_figure() as figure:
     ...     colours = sm.views.draw_fairness(figure.add_subplot(), net, sm.fair(net, max_steps=0).before)
@@ -210,6 +219,8 @@ def draw_bodies(
 
     axes: of Matplotlib; linear, translation: of the positions; direction: seen from there; colour: of the body.
 
+    Raises InputError for a body that is none.
+
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_bodies(figure.add_subplot(), np.eye(3)[None], np.zeros((1, 3)), sm.bodies.jug())
     """
@@ -238,6 +249,10 @@ def draw_body_along(
 
     spread: of a spherical two-parameter motion, which turns the body on the spot, how far the
     copies are set apart per unit of u along x and of v along y.
+
+    axes: of Matplotlib; direction: seen from there; colour: of the body.
+
+    Raises InputError for a body that is none.
 
     >>> net = sm.motions.smooth_net(6, spatial=True)
     >>> with sm.views.new_figure() as figure:

@@ -19,6 +19,8 @@ def draw_mesh(
     A closed mesh shows its outside only. The triangles become an image inside the SVG, at a
     resolution that this sets for the whole figure: as shapes they would be megabytes.
 
+    axes: of Matplotlib; colour, inside: of the two sides; view: (3, 3), see `view_from`.
+
     >>> triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
     >>> corner = sm.bodies.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], triangles)
     >>> with sm.views.new_figure() as figure:

@@ -31,7 +31,7 @@ def view_from(direction: ArrayLike) -> np.ndarray:
     return np.column_stack([right, np.cross(towards, right), towards])
 
 
-VIEW = view_from([2.0, -3.0, 1.6])
+VIEW = view_from([2.0, -3.0, 1.6])  # of pictures of bodies in space
 # Where bodies in players, and surfaces, are seen from.
 DIRECTION = (1.0, -1.6, 1.3)
 

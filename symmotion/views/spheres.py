@@ -24,6 +24,8 @@ def on_sphere(quaternions: np.ndarray) -> np.ndarray:
 def draw_sphere(axes: Axes, view: np.ndarray = VIEW) -> None:
     """The unit sphere as its outline and a faint grid.
 
+    axes: of Matplotlib; view: (3, 3), see `view_from`.
+
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_sphere(figure.add_subplot())
     """
@@ -99,6 +101,8 @@ def draw_outlines(
     """A body, each face in a colour of its own, at one pose: from body points to the world's.
 
     axes: of Matplotlib; colours, alpha, linewidth: of the faces; view: see `view_from`.
+
+    Raises InputError for a body that is none.
 
     >>> with sm.views.new_figure() as figure:
     ...     sm.views.draw_outlines(figure.add_subplot(), lambda points: points, sm.bodies.jug())

@@ -11,7 +11,7 @@ from matplotlib.typing import RcKeyType
 # Each has a contrast of 3 or more on white and on the dark page, and all pairs stay apart in normal,
 # deuteranopic, protanopic and tritanopic sight; the last is ink, which turns light on the dark page.
 COLOURS = ("#0072b2", "#d55e00", "#18a77a", "#9b7efc", "#a34c6e", "#000000")
-INK = COLOURS[5]
+INK = COLOURS[5]  # of axes, text and keyframes
 STYLES = ("-", "--", "-.")
 METHODS = {
     "newton": (COLOURS[0], "o"),

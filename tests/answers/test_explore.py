@@ -72,7 +72,7 @@ def test_it_stops_where_nothing_more_is_expected():
     assert len(found.minima) == 1 and len(found.starts) < 50
     assert found.draws >= 8 and found.unseen < 0.5 and "expected to be unseen" in found.reason
     text = str(found)
-    assert "1 minima" in text and "random starts" in text and "lowest" in repr(found)
+    assert "1 minimum" in text and "random starts" in text and "lowest" in repr(found)
 
 
 def tight(keys: sm.Keyframes) -> sm.program.Program:

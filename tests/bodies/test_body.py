@@ -185,3 +185,20 @@ def test_bad_fields_name_the_culprit():
         Body(SQUARE, ((0, 1, 2),), np.zeros((1, 3)))
     with pytest.raises(sm.InputError, match="a body of lines alone has no triangles"):
         _ = Body.of(SQUARE[:2]).triangles
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: sm.bodies.joined([]), "0 bodies: one or more, of one dimension, are needed"),
+        (
+            lambda: sm.bodies.joined([sm.bodies.jug(), Body.of([[0, 0], [1, 0], [0, 1]], 2)]),
+            "2 bodies: one or more, of one",
+        ),
+        (lambda: sm.bodies.ellipsoid_mesh([1.0, 2.0]), r"semi-axes of shape \(2,\): finite, \(3,\), is needed"),
+        (lambda: sm.bodies.jug(2), "segments 2: a whole number of faces round the axis, 3 or more"),
+    ],
+)
+def test_what_makes_no_body(call, message):
+    with pytest.raises(sm.InputError, match=message):
+        call()

@@ -1,4 +1,5 @@
 from math import comb
+from typing import Any, cast
 
 import casadi as ca
 import numpy as np
@@ -155,6 +156,8 @@ def test_singular_constraint_lists_show_what_they_do_not_see():
         polynomial_segment([(0, 0), (0.5, 1), (1, 0)], [0, 1, 2])
     with pytest.raises(sm.InputError, match="singular: all of them are zero for the polynomial 1,"):
         basis_matrix([(0, 1), (1, 1)])
+    with pytest.raises(sm.InputError, match=r"constraints 3: pairs \(parameter, derivative order\) are needed"):
+        basis_matrix(cast(Any, 3))
     with pytest.raises(sm.InputError, match=r"constraint 1, \(0, 0\), repeats constraint 0"):
         basis_matrix([(0, 0), (0, 0)])
     with pytest.raises(sm.InputError, match="constraint 1, 3: a pair"):

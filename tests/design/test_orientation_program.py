@@ -83,7 +83,7 @@ def test_energy_falls_with_knots_and_both_solvers_agree(inertia):
         assert newton.inertia == "positive"
         assert newton.objective == pytest.approx(ipopt.objective, rel=1e-9)
         assert newton.objective == pytest.approx(sm.measure(newton.motion, sm.Torque(inertia)), rel=1e-4)
-        np.testing.assert_allclose(np.linalg.norm(newton.x.reshape(-1, 4), axis=1), 1.0, atol=1e-8)
+        np.testing.assert_allclose(np.linalg.norm(newton.x.reshape(-1, 7)[:, 3:], axis=1), 1.0, atol=1e-8)
         found.append(sm.measure(newton.motion, sm.Torque(inertia)))
     assert all(b < a for a, b in pairwise(found))
     drops = -np.diff(found[1:])
@@ -190,7 +190,7 @@ def test_a_start_is_carried_to_finer_knots():
     assert warm.log[0].objective == pytest.approx(coarse.objective, rel=2e-2)
     assert warm.objective == pytest.approx(sm.ExactNewton().solve(fine).objective, rel=1e-9)
     again = sm.ExactNewton().solve(fine, start=warm)
-    assert again.iterations == 0
+    assert again.iterations <= 1  # the last one, which squares the error
     basis = sm.splines.BSplineBasis.clamped(np.linspace(0, 3.2, 41), 3)
     near, _ = carried(coarse.motion, basis)
     t = np.linspace(0, 3.2, 100)

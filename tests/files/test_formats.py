@@ -276,3 +276,9 @@ def test_other_things_than_a_door_takes(door, given, name, message, tmp_path):
     with pytest.raises(sm.InputError, match=f"^{message}"):
         door(given, tmp_path / name)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["none.csv", "none.json", "none.txt", "none.tum"])
+def test_a_file_that_is_not_there_is_told_as_such_where_formats_share_its_ending(tmp_path, name):
+    with pytest.raises(sm.InputError, match=f"{name}: cannot be read: No such file"):
+        sm.read_keyframes(tmp_path / name)

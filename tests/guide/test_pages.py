@@ -2,6 +2,10 @@
 
 import inspect
 import re
+import sys
+import tomllib
+from functools import cache
+from importlib.metadata import packages_distributions
 
 import pytest
 
@@ -10,8 +14,9 @@ from studies.__main__ import discover
 from studies.guide.building import reference
 from studies.guide.building.formulas import ROOT, lines_of
 from studies.guide.building.gallery import SHOWN, TITLES
-from studies.guide.building.pages import linked, source, sources
+from studies.guide.building.pages import WIDE, linked, source, sources
 from studies.guide.building.running import PageError, blocks, run_page
+from studies.guide.building.signatures import signature
 
 PAGES = sources()
 FORMULA = re.compile(r"^```\{formula\} (\S+)\n((?::.*\n)+)", re.MULTILINE)
@@ -19,8 +24,19 @@ FORMULA = re.compile(r"^```\{formula\} (\S+)\n((?::.*\n)+)", re.MULTILINE)
 ELSEWHERE = re.compile(r"pip install|python -m studies( |$)|python -m studies\.guide|dask|distributed|usdview|blender")
 
 
+@cache
+def undocumented() -> tuple[str, ...]:
+    """The modules that extras beside `docs` bring."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    others = [name for name in extras if name not in ("docs", "test") and f"symmotion[{name}]" not in extras["docs"]]
+    absent = {re.split("[>;[]", needed)[0] for name in others for needed in extras[name]}
+    return tuple(module for module, owners in packages_distributions().items() if absent & {*owners})
+
+
 @pytest.mark.parametrize("name", PAGES)
-def test_every_block_of_a_page_runs(name):
+def test_every_block_of_a_page_runs_with_what_the_extra_docs_brings(name, monkeypatch):
+    for module in undocumented():
+        monkeypatch.setitem(sys.modules, module, None)
     for _block, _shown in run_page(source(name), name):
         pass
 
@@ -37,6 +53,11 @@ def test_what_a_page_names_is_there(name):
         page = (ROOT / "studies/guide/pages" / name).parent / target
         made = page.relative_to(ROOT / "studies/guide/pages").parts[0] in ("gallery", "reference")
         assert made or page.is_file(), target
+
+
+def test_code_is_no_wider_than_a_page():
+    wide = [(n, line) for n in PAGES for b in blocks(source(n)) for line in b.code.splitlines() if len(line) > WIDE]
+    assert wide == []
 
 
 def test_few_blocks_run_elsewhere_and_say_why():
@@ -73,12 +94,37 @@ def test_a_name_that_is_not_in_the_reference_fails():
 
 @pytest.mark.parametrize("name", PAGES)
 def test_formulas_are_mathml(name):
-    latex = pytest.importorskip("docutils.utils.math.latex2mathml")
+    pytest.importorskip("docutils")
+    from studies.guide.building.mathml import mathml
+
     text = re.sub(r"^```(?!\{formula).*?^```$", "", source(name), flags=re.MULTILINE | re.DOTALL)
     formulas = re.findall(r"^```\{formula\} \S+\n(?::.*\n)+(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
     text = re.sub(r"`[^`]*`", "", re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL))
     for formula in [*formulas, *re.findall(r"\$\$?([^$]+)\$\$?", text)]:
-        assert latex.tex2mathml(formula).startswith("<math"), formula
+        assert mathml(formula, True).startswith("<math"), formula
+
+
+@pytest.mark.parametrize(
+    ("formula", "set_as"),
+    [
+        # An index of an accented letter beside it, not below.
+        (r"\tilde B_i", '<msub><mover accent="true"><mi>B</mi><mo stretchy="false">~</mo></mover><mi>i</mi></msub>'),
+        # Both bars of a norm as high as the line, however high what they hold is; those of \left grow.
+        (r"\lVert a \rVert", 2 * '<mo stretchy="false" lspace="0" rspace="0">‖</mo>'),
+        (r"\left|a\right|", "<mo>|</mo><mo>|</mo>"),
+        (
+            r"2\log d",
+            '<mn>2</mn><mspace width="0.1667em"></mspace><mi>log</mi><mo>\u2061</mo><mspace width="0.1667em">',
+        ),
+        (r"\log(d)", '<mi>log</mi><mo>\u2061</mo><mo stretchy="false">('),
+    ],
+)
+def test_formulas_are_set_as_tex_sets_them(formula, set_as):
+    pytest.importorskip("docutils")
+    from studies.guide.building.mathml import mathml
+
+    found = mathml(formula, False).replace(' class="mathopen"', "").replace("<mi>a</mi>", "").replace("\n", "")
+    assert set_as in re.sub(r">\s+<", "><", found)
 
 
 def test_the_gallery_shows_studies_that_there_are():
@@ -106,3 +152,19 @@ def test_the_table_of_the_grammar_is_that_of_the_signatures():
             if cell not in ("yes", "–"):
                 assert str(found[name].default) == cell, (kind, name)
     assert len(orders) == 1
+
+
+def test_parameters_of_a_docstring_become_a_list_and_what_is_raised_stands_apart():
+    text = "Do it.\n\nfirst: one, see `x`; second,\n    third (2,): two. No name: here. Raises InputError for others."
+    lines = [line for line in reference.converted(text, ("first", "second", "third")) if line]
+    assert lines == [
+        "Do it.",
+        "- **first**: one, see ``x``",
+        "- **second, third (2,)**: two. No name: here.",
+        "Raises InputError for others.",
+    ]
+
+
+def test_signatures_show_annotations_as_they_are_meant():
+    assert signature(sm.answers.Band.plot) == "(axes: Axes | None=None) -> Axes"
+    assert "system: Literal['auto', 'condensed', 'sparse'] = 'auto'" in str(signature(sm.ExactNewton))

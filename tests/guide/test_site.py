@@ -31,32 +31,50 @@ sm.report.player("moving", {"spline": sm.interpolants.component_cubic(keys)}, No
 ENTRY = "Top\n===\n\n.. autoclass:: symmotion.InputError\n"
 
 
-@pytest.fixture
-def written(monkeypatch, tmp_path):
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
     """Builds a site of one page, and returns the exit status and the page."""
     pytest.importorskip("sphinx")
-    monkeypatch.setattr(pages, "sources", lambda: ["index"])
-    monkeypatch.setattr(reference, "pages", lambda: {"top": ENTRY})
-    monkeypatch.setattr(gallery, "pages", lambda progress: {})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pages, "sources", lambda: ["index"])
+        patch.setattr(reference, "pages", lambda: {"top": ENTRY})
+        patch.setattr(gallery, "pages", lambda progress: {})
 
-    def build(text: str):
-        monkeypatch.setattr(pages, "source", lambda name: text)
-        status = main(["-o", str(tmp_path / "site"), "--quiet"])
-        made = tmp_path / "site" / "index.html"
-        return status, made.read_text(encoding="utf-8") if made.is_file() else ""
+        def build(text: str):
+            patch.setattr(pages, "source", lambda name: text)
+            folder = tmp_path_factory.mktemp("site")
+            return main(["-o", str(folder), "--quiet"]), folder / "index.html"
 
-    return build
+        yield build
 
 
-def test_a_page_shows_what_its_code_does_and_fetches_nothing(written, tmp_path, capsys):
-    status, page = written(PAGE + "\n```{toctree}\n:hidden:\n\ntop\n```\n")
-    assert status == 0, capsys.readouterr().err
+@pytest.fixture(scope="module")
+def site(written):
+    status, index = written(PAGE + "\n```{toctree}\n:hidden:\n\ntop\n```\n")
+    assert status == 0
+    return index
+
+
+def test_a_page_shows_what_its_code_does_and_fetches_nothing(site):
+    page = site.read_text(encoding="utf-8")
     assert "<math" in page and re.search(r'class="output.*?>42', page, re.DOTALL)
     assert page.count('<figure class="player"') == 1 and "<figcaption>A straight way.</figcaption>" in page
     assert "0.2.0" in page and 'href="top.html#symmotion.InputError"' in page
-    assert (tmp_path / "site" / "searchindex.js").is_file()
     fetched = re.findall(r'<(?:link|script|img|iframe)[^>]*(?:src|href)="(https?:[^"]*)"', page)
     assert fetched == []
+
+
+def test_the_site_is_read_and_searched_without_a_network(site, browser):
+    context = browser.new_context(offline=True)
+    page, asked, trouble = context.new_page(), [], []
+    page.on("request", lambda request: asked.append(request.url))
+    page.on("pageerror", lambda error: trouble.append(str(error)))
+    for url in (site.as_uri(), f"{site.with_name('search.html').as_uri()}?q=straight"):
+        page.goto(url)
+    page.wait_for_selector("#search-results li a")
+    assert page.locator("#search-results li a").first.inner_text() == "Symmotion"
+    assert trouble == [] and [url for url in asked if not url.startswith(("file:", "data:"))] == []
+    context.close()
 
 
 @pytest.mark.parametrize(

@@ -157,6 +157,8 @@ def test_motions_of_ones_own():
         (lambda: part(AFFINE, 1.0, 0.5), r"part from 1 to 0.5: both in \[0, 2\], in this order"),
         (lambda: part(AFFINE, 0.0, 2.5), "part from 0 to 2.5"),
         (lambda: part(MOTIONS["squad"], np.nan, 1.0), "start nan"),
+        (lambda: part(3, 0.0, 1.0), "a int is no motion"),
+        (lambda: reverse(3), "a int is no motion"),
         (lambda: concatenate(cast(Any, AFFINE)), "motions of type AffineMotion: a list of motions is needed"),
         (lambda: concatenate([]), "no motions: one or more"),
         (lambda: concatenate([AFFINE, MOTIONS["affine in the plane"]]), "in the plane and in space do not follow"),

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import symmotion as sm
-from symmotion.program import Evaluator, Program
-from symmotion.systems import AnySystem, Condensed, HessianTriangle, Saddle, System
+from symmotion.program import Bounded, Evaluator, Program
+from symmotion.systems import AnySystem, Condensed, HessianTriangle, Saddle, System, conflicting, kkt_pattern
 
 KEYS = sm.examples.random_keyframes(6, 70, 5)
 PROGRAMS = {
@@ -101,3 +101,11 @@ def test_matrices_with_the_wrong_inertia_are_refused_and_their_direction_is_foun
         assert system.factorise(-flat) is None and opposite.inertia == "indefinite"
         assert direction is not None and direction @ full @ direction > 0  # and so of -flat below zero
         assert np.abs(evaluator.jacobian(solution.x) @ direction).max() < 1e-9 * np.abs(direction).max()
+
+
+@pytest.mark.parametrize(
+    "call", [Evaluator, Bounded, kkt_pattern, lambda value: conflicting(value, np.zeros(3))], ids=range(4)
+)
+def test_what_is_no_program_is_refused(call):
+    with pytest.raises(sm.InputError, match="program of type Keyframes: what affine_program and its like return is"):
+        call(KEYS)

@@ -5,7 +5,6 @@ from typing import Any
 from docutils import nodes
 from docutils.parsers.rst import directives
 from docutils.utils.math import MathError
-from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.util import logging
@@ -14,6 +13,7 @@ from sphinx.writers.html5 import HTML5Translator
 
 from studies.guide.building import reference, signatures
 from studies.guide.building.formulas import lines_of
+from studies.guide.building.mathml import mathml
 
 logger = logging.getLogger(__name__)
 
@@ -78,7 +78,7 @@ def _block(self: HTML5Translator, node: nodes.math_block) -> None:
 
 def _mathml(node: nodes.Element, block: bool) -> str:
     try:
-        return tex2mathml(node.astext(), as_block=block)
+        return mathml(node.astext(), block)
     except MathError as error:
         logger.warning("%s: %s", node.astext(), error, location=node)
         return ""

@@ -25,6 +25,7 @@ TITLES = {
     "sweeps": "Sweeps",
     "fairing": "Fairing",
 }
+CODE = re.compile(r"`[^`]+`")
 INTRODUCTION = """# Gallery
 
 What studies found, each one question with its answer, drawn while this guide was built. Press play; where a body moves
@@ -38,7 +39,8 @@ def pages(progress: Callable[[str], None]) -> dict[str, str]:
     """The pages of the gallery by name, in Markdown."""
     found = {study.name: study for study in discover()}
     links = "".join(
-        f"- [{TITLES[subject]}]({subject}.md)\n" + "".join(f"  - {_plain(found[name].question)}\n" for name in names)
+        f"- [{TITLES[subject]}]({subject}.md)\n"
+        + "".join(f"  - [{_plain(found[name].question)}](#study-{name})\n" for name in names)
         for subject, names in SHOWN.items()
     )
     tree = "\n```{toctree}\n:hidden:\n\n" + "\n".join(SHOWN) + "\n```\n"
@@ -61,16 +63,17 @@ def _page(title: str, results: Sequence[tuple[Study, StudyResult]]) -> str:
     drawn = iter(elements)
     parts = [f"# {title}\n"]
     for study, result in results:
-        parts.append(f"\n## {_plain(study.question)}\n\n{_plain(result.answer)}\n")
+        parts.append(f"\n(study-{study.name})=\n## {_plain(study.question)}\n\n{_plain(result.answer)}\n")
         parts += [next(drawn) for _ in result.players]
         if not result.players:
             parts += [woven.picture(figure) for figure in result.figures[:1]]
         parts.append(f"\n{_plain(result.conclusion)}\n" if result.conclusion != result.answer else "")
-        source = f" After {_plain(study.source)}." if study.source else ""
-        parts.append(f"\n`python -m studies {study.name}`{'.' if source else ''}{source}\n")
+        source = f". Source: {_plain(study.source)}." if study.source else ""
+        parts.append(f"\n`python -m studies {study.name}`{source}\n")
     return "".join(parts) + rest
 
 
 def _plain(text: str) -> str:
-    """Text in which Markdown finds nothing."""
-    return re.sub(r"([\\`*_\[\]<>$|#{}])", r"\\\1", text)
+    """Text in which Markdown finds nothing but code between backticks."""
+    parts = re.split(f"({CODE.pattern})", text)
+    return "".join(part if CODE.fullmatch(part) else re.sub(r"([\\`*_\[\]<>$|#{}])", r"\\\1", part) for part in parts)

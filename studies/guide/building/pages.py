@@ -9,6 +9,7 @@ from studies.guide.building.running import FENCE, Shown, run_page
 from symmotion.report import Figure, Player, inline, player_elements
 
 SOURCES = Path(__file__).parents[1] / "pages"
+WIDE = 90  # characters that a page has room for
 NAME = re.compile(r"`sm\.([A-Za-z_][\w.]*)(\([^`]*\))?`")
 
 
@@ -50,8 +51,10 @@ def _fence(language: str, said: str, code: str) -> str:
 
 def _below(found: Shown, players: list[str]) -> str:
     text = found.text.strip("\n")
-    # Where columns are aligned, lines must not be broken.
+    # Where columns are aligned, lines must not be broken; wide ones are set smaller.
     kind = "output" if text.count("   ") < 4 else "output aligned"
+    if kind != "output" and max(map(len, text.splitlines())) > WIDE:
+        kind += " wide"
     parts = [f"\n\n````{{code-block}} text\n:class: {kind}\n\n{text}\n````\n"] if text.strip() else []
     parts += [picture(figure) for figure in found.pictures]
     parts += [raw(player) for player in players]

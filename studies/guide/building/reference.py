@@ -1,5 +1,6 @@
 """The reference: a page for each group of the package, from docstrings."""
 
+import ast
 import inspect
 import re
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ GROUPS = {
     "Answers": ("answers", "smoothing", "fairing", "sweeps"),
     "In and out": ("files", "bodies", "views", "report"),
 }
+LONGEST = 60  # of a value that is shown
 PACKAGES = {"quaternions": "motions.quaternions", "interpolants": "motions.interpolants"}
 
 
@@ -41,9 +43,32 @@ class Entry:
 
     @property
     def sentence(self) -> str:
-        """The first sentence of the docstring."""
-        text = inspect.getdoc(self.thing) or "" if self.kind != "data" else ""
+        """The first sentence of the docstring; of data the value, where it is short, and what the source says of it."""
+        text = inspect.getdoc(self.thing) or "" if self.kind != "data" else _beside(self.group, self.name)
         return " ".join(text.split("\n\n")[0].split())
+
+
+def _beside(group: str, name: str) -> str:
+    """The value of an assignment as it is written, where that is short, and the comment above it or behind it."""
+    module = package(group)
+    imports = (n for n in ast.parse(inspect.getsource(module)).body if isinstance(n, ast.ImportFrom))
+    home = [n.module for n in imports if n.module and name in {a.asname or a.name for a in n.names}]
+    source = inspect.getsource(import_module(home[0]) if home else module)
+    rows = source.splitlines()
+    for node in ast.parse(source).body:
+        if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
+            continue
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        if any(isinstance(target, ast.Name) and target.id == name for target in targets):
+            first = node.lineno - 1
+            while first and rows[first - 1].startswith("# "):
+                first -= 1
+            value = ast.unparse(node.value)
+            comments = [row.removeprefix("# ") for row in rows[first : node.lineno - 1]]
+            comments.append(rows[(node.end_lineno or node.lineno) - 1].partition("  # ")[2])
+            said = re.sub(r"\s*fmt: skip", "", " ".join(comments))
+            return ": ".join(filter(None, [f"`{value}`" if len(value) < LONGEST else "", said]))
+    return ""
 
 
 def package(group: str) -> ModuleType:
@@ -109,10 +134,23 @@ def _index() -> str:
         "``import numpy as np`` and ``import symmotion as sm`` before them.",
         "",
     ]
-    lines += [".. toctree::", "   :maxdepth: 1", "", "   top", ""]
+    rows = [[f"   * - :doc:`{_heading('')} <top>`", "     - What most programs need."]]
+    lines += [*_table(rows), ".. toctree::", "   :hidden:", "", "   top", ""]
     for heading, members in GROUPS.items():
-        lines += [".. toctree::", "   :maxdepth: 1", f"   :caption: {heading}", "", *(f"   {g}" for g in members), ""]
+        rows = [[f"   * - :doc:`{_heading(g)} <{g}>`", f"     - {inline_text(_sentence(g))}"] for g in members]
+        lines += [heading, "-" * len(heading), "", *_table(rows)]
+        lines += [".. toctree::", "   :hidden:", f"   :caption: {heading}", "", *(f"   {g}" for g in members), ""]
     return "\n".join(lines)
+
+
+def _heading(group: str) -> str:
+    if not group:
+        return "The top level"
+    return f"sm.{group}" if group in package("").__all__ else f"symmotion.{group}"
+
+
+def _sentence(group: str) -> str:
+    return " ".join((inspect.getdoc(package(group)) or "").split("\n\n")[0].split())
 
 
 def _row(label: str, path: str, sentence: str, data: bool) -> list[str]:
@@ -135,15 +173,14 @@ def _top() -> str:
         rows.append(_row(f"sm.{name}", entry.path, entry.sentence, entry.kind == "data"))
         if not entry.group:
             own.append(Entry("", name, thing))
-    lines = [*_title("The top level"), "``import symmotion as sm``", "", *_table(rows)]
+    lines = [*_title(_heading("")), "``import symmotion as sm``", "", *_table(rows)]
     return "\n".join(lines + [line for entry in own for line in _described(entry)])
 
 
 def _group(group: str) -> str:
     module = package(group)
     members = [e for e in entries() if e.group == group]
-    heading = f"sm.{group}" if group in package("").__all__ else f"symmotion.{group}"
-    lines = [*_title(heading), *converted(inspect.getdoc(module) or "", ()), ""]
+    lines = [*_title(_heading(group)), *converted(inspect.getdoc(module) or "", ()), ""]
     lines += [f".. py:module:: symmotion.{group}", ""]
     lines += _table([_row(e.name, e.path, e.sentence, e.kind == "data") for e in members])
     return "\n".join(lines + [line for entry in members if entry.kind != "data" for line in _described(entry)])
@@ -184,26 +221,48 @@ def converted(text: str, parameters: tuple[str, ...]) -> list[str]:
     return lines
 
 
+NAMED = re.compile(r"((?:\w+(?:, )?)+(?: \([^)]*\))?): ")
+# Where another parameter may begin, or what is raised.
+STARTS = re.compile(r"(?<=[;.]) (?=(?:\w+, )*\w+(?: \([^)]*\))?: |Raises |Source: )")
+
+
 def _items(rows: list[str], parameters: tuple[str, ...]) -> list[str]:
-    """A paragraph as items: of a list, or of parameters, each of which begins a line by its name."""
-    named = re.compile(r"((?:\w+(?:, )?)+(?: \([^)]*\))?): ")
+    """A paragraph as items: of a list, or of parameters, each of which begins a line, or a sentence, by its name."""
     items: list[tuple[str, list[str]]] = []
     for row in rows:
-        start = named.match(row)
-        words = re.findall(r"\w+", start[1].split("(")[0]) if start else []
-        if start and words and words[0] in parameters:
-            items.append(("parameter", [f"**{_plain(start[1])}**: {inline_text(row[start.end() :])}"]))
+        if _is_parameter(row, parameters):
+            items.append(("parameter", [row]))
         elif row.startswith("- "):
-            items.append(("list", [inline_text(row[2:])]))
+            items.append(("list", [row[2:]]))
         elif items and (items[-1][0] != "list" or row.startswith(" ")):
-            items[-1][1].append(inline_text(row.strip()))
+            items[-1][1].append(row.strip())
         else:
-            items.append(("text", [inline_text(row.strip())]))
+            items.append(("text", [row.strip()]))
     lines: list[str] = []
     for kind, texts in items:
         joined = " ".join(texts)
-        if kind == "text":
-            lines += ["", joined, ""]
-        else:
-            lines += [f"- {joined}"]
+        for part in _parameters(joined, parameters) if kind == "parameter" else [joined]:
+            if named := kind == "parameter" and _is_parameter(part, parameters):
+                lines.append(f"- **{_plain(named[1])}**: {inline_text(part[named.end() :].rstrip(';'))}")
+            elif kind == "list":
+                lines.append(f"- {inline_text(part)}")
+            else:
+                lines += ["", inline_text(part), ""]
     return lines
+
+
+def _is_parameter(text: str, parameters: tuple[str, ...]) -> re.Match[str] | None:
+    found = NAMED.match(text)
+    words = re.findall(r"\w+", found[1].split("(")[0]) if found else []
+    return found if words and words[0] in parameters else None
+
+
+def _parameters(text: str, parameters: tuple[str, ...]) -> list[str]:
+    """The parameters that a paragraph tells of, one after the other, and what it says after them."""
+    parts: list[str] = []
+    for part in STARTS.split(text):
+        if parts and not (_is_parameter(part, parameters) or part.startswith(("Raises ", "Source: "))):
+            parts[-1] += f" {part}"
+        else:
+            parts.append(part)
+    return parts

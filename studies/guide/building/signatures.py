@@ -4,6 +4,7 @@ import ast
 import dataclasses
 import inspect
 from contextlib import suppress
+from copy import deepcopy
 from functools import cache
 from pathlib import Path
 
@@ -12,7 +13,7 @@ LONGEST = 60  # of a default that is shown
 
 def signature(thing: object) -> str | None:
     """What stands between the parentheses of a call, and what is returned; None where there is no source."""
-    tree = _node(thing)
+    tree = definition(thing)
     if isinstance(tree, ast.FunctionDef):
         return _of_function(tree)
     if isinstance(tree, ast.ClassDef) and isinstance(thing, type) and dataclasses.is_dataclass(thing):
@@ -41,7 +42,7 @@ def _tree(file: str) -> ast.Module:
     return ast.parse(Path(file).read_text(encoding="utf-8"))
 
 
-def _node(thing: object) -> ast.AST | None:
+def definition(thing: object) -> ast.AST | None:
     """The definition in the source, whatever decorates it."""
     thing = inspect.unwrap(thing)  # pyright: ignore[reportArgumentType]
     try:
@@ -56,20 +57,37 @@ def _node(thing: object) -> ast.AST | None:
     return found
 
 
+class _Plain(ast.NodeTransformer):
+    """Annotations that are text, for what is not imported yet, as what they say; the texts of a Literal stay."""
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        return node if ast.unparse(node.value).endswith("Literal") else self.generic_visit(node)
+
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        return ast.parse(node.value, mode="eval").body if isinstance(node.value, str) else node
+
+
+def _annotation(node: ast.AST | None) -> str:
+    return ast.unparse(_Plain().visit(deepcopy(node))) if node else ""
+
+
 def _of_function(node: ast.FunctionDef) -> str:
-    arguments = node.args
+    arguments = deepcopy(node.args)
+    for argument in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs, arguments.vararg, arguments.kwarg):
+        if argument and argument.annotation:
+            argument.annotation = _Plain().visit(argument.annotation)
     if arguments.args and arguments.args[0].arg in ("self", "cls"):
         arguments.args = arguments.args[1:]
-    returned = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+    returned = f" -> {_annotation(node.returns)}" if node.returns else ""
     return f"({ast.unparse(arguments)}){returned}".replace("'", '"')
 
 
 def _fields(thing: type) -> list[str]:
     annotations = {}
     for kind in reversed(thing.__mro__[:-1]):
-        if isinstance(tree := _node(kind), ast.ClassDef):
+        if isinstance(tree := definition(kind), ast.ClassDef):
             nodes = [n for n in tree.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)]
-            annotations |= {n.target.id: ast.unparse(n.annotation) for n in nodes if isinstance(n.target, ast.Name)}
+            annotations |= {n.target.id: _annotation(n.annotation) for n in nodes if isinstance(n.target, ast.Name)}
     shown = []
     only = False
     for f in dataclasses.fields(thing):

@@ -1,6 +1,7 @@
 """The build: pages woven into a folder, which Sphinx reads."""
 
 import shutil
+import sys
 import tempfile
 from collections.abc import Callable
 from importlib.metadata import version
@@ -65,7 +66,8 @@ def build(output: Path, progress: Callable[[str], None]) -> int:
         (sources / "conf.py").write_text("".join(f"{key} = {value!r}\n" for key, value in SETTINGS.items()))
         progress("Sphinx")
         with patch_docutils(), docutils_namespace():
-            app = Sphinx(sources, sources, output, work, "html", status=None, warningiserror=True, freshenv=True)
+            told = {"status": None, "warning": sys.stderr}
+            app = Sphinx(sources, sources, output, work, "html", **told, warningiserror=True, freshenv=True)
             app.build(force_all=True)
     shutil.rmtree(output / ".doctrees", ignore_errors=True)
     return app.statuscode

@@ -1,4 +1,6 @@
-"""Write the set: python -m studies.solving.problem_set.write makes manifest.json and problems.tar.xz anew.
+"""Write the set: python -m studies.solving.problem_set.write [NAME…] makes manifest.json and problems.tar.xz anew.
+
+NAME: problems that are made and searched for lower minima, the others stay; all where none is named.
 
 What is written stays: texts whose functions have not changed are taken over byte by byte, and the best values known
 are replaced by lower ones only. The numbers that a solve found when a problem was made are in the manifest.
@@ -72,6 +74,8 @@ def written(entry: Entry, starts: int = STARTS) -> tuple[dict[str, Any], bytes, 
     old = None if row is None else load.load(entry.name)
     if old is not None and _same(old, ca.Function.deserialize(text.decode("ascii"))):
         text = load.read(f"{entry.name}.casadi")
+    else:
+        old = None  # another problem, of which nothing is known
     best = search(program, starts)
     x, multipliers, about = None, None, None
     if best is not None:
@@ -104,6 +108,8 @@ def written(entry: Entry, starts: int = STARTS) -> tuple[dict[str, Any], bytes, 
 
 def _same(old: load.Problem, function: ca.Function) -> bool:
     """Whether a function has the values of the one that is there, up to rounding."""
+    if function.size_in(0) != old.function.size_in(0):
+        return False
     for point in (old.x0, old.x0 + 0.1 * old.unit * np.cos(np.arange(len(old.x0)))):
         a, b = (np.concatenate([np.asarray(v).ravel() for v in f(point, old.p0)]) for f in (old.function, function))
         if a.shape != b.shape or not np.allclose(a, b, rtol=1e-11, atol=1e-11 * np.abs(a).max()):
@@ -111,14 +117,19 @@ def _same(old: load.Problem, function: ca.Function) -> bool:
     return True
 
 
-def main() -> None:
+def main(*names: str) -> None:
     rows, files = [], {}
     for entry in entries().values():
+        if names and entry.name not in names:
+            rows.append(known()[entry.name])
+            for name in (f"{entry.name}.casadi", f"{entry.name}.json"):
+                files[name] = load.read(name)
+            continue
         row, files[f"{entry.name}.casadi"], files[f"{entry.name}.json"] = written(entry)
         rows.append(row)
         told = "none" if row["best"] is None else f"{row['best']['objective']:.10g} by {row['best']['solver']}"
         print(f"{entry.name}: {row['unknowns']} unknowns, best {told}", file=sys.stderr, flush=True)
-    head = {"set": "symmotion", "version": 1, "licence": LICENCE, "casadi": ca.CasadiMeta.version(), "problems": rows}
+    head = {"set": "symmotion", "version": 2, "licence": LICENCE, "casadi": ca.CasadiMeta.version(), "problems": rows}
     # A problem a line: a change of one is a change of one line.
     lines = ",\n".join(json.dumps(row, ensure_ascii=False) for row in rows)
     start = json.dumps({**head, "problems": []}, ensure_ascii=False)[:-2]
@@ -134,4 +145,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

@@ -9,9 +9,10 @@ from symmotion.answers.bounds.proof import Proof, proved
 from symmotion.answers.bounds.quartic import Chart, gram_forms
 from symmotion.answers.bounds.relaxation import Moments, relaxed
 from symmotion.program import DesignT, Program
+from symmotion.program.program import require_program
 from symmotion.solvers import ExactNewton, Solution, Solver, Status
 from symmotion.solvers.minima import SAME, same
-from symmotion.solvers.solver import require_program, require_solver, start_vector
+from symmotion.solvers.solver import require_solver, start_vector
 
 TIME_LIMIT = 600.0
 

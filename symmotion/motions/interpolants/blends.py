@@ -114,6 +114,8 @@ def component_cubic(keyframes: Keyframes, ends: str = "natural") -> AffineMotion
 
     keyframes: affine; ends: as in `affine_program`.
 
+    Raises InputError for ends that are none, and keyframes that do not close where they should.
+
     >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
     >>> motion
     AffineMotion(2D, degree 3, 6 controls, times 0 to 1)

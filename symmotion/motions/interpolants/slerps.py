@@ -32,6 +32,8 @@ NODES = 40
 def slerp(a: ArrayLike, b: ArrayLike, u: ArrayLike) -> np.ndarray:
     """a exp(u log(a⁻¹ b)), the geodesic from a to b (…, 4), scalar first, at u (…) in [0, 1] and beyond (KKS (3)).
 
+    Raises InputError for numbers that are not real.
+
     >>> sm.interpolants.slerp([1.0, 0, 0, 0], [0, 0, 0, 1.0], 0.5).round(6)
     array([0.707107, 0.      , 0.      , 0.707107])
     """
@@ -189,6 +191,8 @@ def slerp_curve(
 
     times, quaternions: as for `interpolate_quaternions`; scalar_first: the order of the components.
 
+    Raises InputError for times that do not increase, and quaternions that are not of length 1.
+
     >>> curve = sm.interpolants.slerp_curve([0.0, 1.0], [[1, 0, 0, 0], [0.6, 0, 0, 0.8]])
     >>> curve([0.0, 0.5, 1.0]).round(6)
     array([[1.      , 0.      , 0.      , 0.      ],
@@ -207,6 +211,8 @@ def squad(
     s_i = q_i exp(−(log q_i⁻¹q_{i+1} + log q_i⁻¹q_{i−1})/4), at the ends s = q. It is C¹ for uniform times.
 
     times, quaternions: as for `interpolate_quaternions`; scalar_first: the order of the components.
+
+    Raises InputError for times that do not increase, and quaternions that are not of length 1.
 
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> sm.interpolants.squad(keys)(keys.times).shape
@@ -258,6 +264,8 @@ def shoemake_interpolant(
     of the way along it, for the length of each interval. The end segments leave towards their other inner control.
 
     times, quaternions: as for `interpolate_quaternions`; scalar_first: the order of the components.
+
+    Raises InputError for times that do not increase, and quaternions that are not of length 1.
 
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> sm.interpolants.shoemake_interpolant(keys).domain

@@ -21,6 +21,8 @@ Signs = Literal["align", "keep", "check"]
 def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
     """p q, shapes (…, 4) that broadcast.
 
+    p, q: scalar first, of any length. Raises InputError for numbers that are not real.
+
     >>> sm.quaternions.product([0, 1, 0, 0], [0, 0, 1, 0])
     array([0., 0., 0., 1.])
     """
@@ -41,6 +43,10 @@ def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
 def conjugate(q: ArrayLike) -> np.ndarray:
     """(w, −x, −y, −z), of a unit quaternion the inverse.
 
+    q: (…, 4), scalar first. Returns as many.
+
+    Raises InputError for numbers that are not real.
+
     >>> sm.quaternions.conjugate([0.0, 1.0, 0.0, 0.0])
     array([ 0., -1., -0., -0.])
     """
@@ -49,6 +55,8 @@ def conjugate(q: ArrayLike) -> np.ndarray:
 
 def exp(v: ArrayLike) -> np.ndarray:
     """exp(v) = (cos |v|, sin |v| v/|v|) of vectors (…, 3): the turn by 2|v| about v (KKS 2.2).
+
+    v: half the rotation vector, in rad. Raises InputError for numbers that are not real.
 
     >>> sm.quaternions.exp([0.0, 0.0, np.pi / 2]).round(9)
     array([0., 0., 0., 1.])
@@ -61,6 +69,8 @@ def exp(v: ArrayLike) -> np.ndarray:
 
 def log(q: ArrayLike) -> np.ndarray:
     """The v (…, 3) of least length with exp(v) = q for unit quaternions (…, 4); |v| ≤ π, at q = −1 along x.
+
+    q: scalar first. Raises InputError for numbers that are not real.
 
     >>> sm.quaternions.log([0.0, 0.0, 0.0, 1.0]) / np.pi
     array([0. , 0. , 0.5])
@@ -81,6 +91,8 @@ def short_log(q: np.ndarray) -> np.ndarray:
 
 def rotate(q: ArrayLike, v: ArrayLike) -> np.ndarray:
     """q v q⁻¹ for unit quaternions (…, 4) and vectors (…, 3).
+
+    q: scalar first; v: in any unit. Raises InputError for numbers that are not real.
 
     >>> sm.quaternions.rotate([np.sqrt(0.5), 0, 0, np.sqrt(0.5)], [1.0, 0.0, 0.0]).round(9)
     array([-0.,  1.,  0.])

@@ -49,6 +49,8 @@ def interpolate_quaternions(
         ones go the other way round. signs: how those of neighbours are read, see `aligned`.
     norms: how far lengths of quaternions may be from 1; 1e-6 when left out.
 
+    max_iterations: of Newton.
+
     Raises InputError for what cannot be, SolveError where Newton does not converge.
 
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
