@@ -1,4 +1,4 @@
-"""The sparse saddle system, for any program: [[H, Jᵀ], [J, −δI]] by LDLᵀ, equilibrated and refined."""
+"""The sparse saddle system, for any program: [[H, Jᵀ], [J, −δI]] without pivots, equilibrated and refined."""
 
 from collections.abc import Callable
 from copy import copy
@@ -10,15 +10,14 @@ import casadi as ca
 import numpy as np
 import scipy.linalg as la
 from scipy import sparse
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import LinearOperator, SuperLU, splu
 
 from symmotion.brief import in_a_line
 from symmotion.errors import InputError
-from symmotion.forking import LIBRARIES
 from symmotion.program.evaluate import Evaluator, Pattern
 from symmotion.program.local import Targets
 from symmotion.program.program import Program
-from symmotion.systems.complaints import overheard
 from symmotion.systems.condensed import lowest_curvature
 from symmotion.systems.curvature import (
     EPS,
@@ -44,8 +43,8 @@ SLIGHT = 1e-4
 # Weights of the conditions beside a Hessian of order one, in turn.
 WEIGHTS = (1e2, 1e4, 1e6, 1e8)
 
-# The saddle matrix as it is, the regular one in own units that was factorised, and the units.
-SaddleFactor: TypeAlias = tuple[sparse.csc_array, ca.DM, np.ndarray]
+# The saddle matrix as it is, the factor of the regular one in own units, and the units.
+SaddleFactor: TypeAlias = tuple[sparse.csc_array, SuperLU, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +133,7 @@ def kkt_pattern(program: Program) -> sparse.csr_array:
 
 
 class Saddle:
-    """Newton's saddle system in all unknowns and multipliers, factorised by CasADi's sparse LDLᵀ. One per thread.
+    """Newton's saddle system in all unknowns and multipliers, factorised by SuperLU without pivots.
 
     Raises InputError for conditions that are redundant or contradict each other.
 
@@ -166,8 +165,10 @@ class Saddle:
         columns, self._rows = np.divmod(keys, size)
         self._pointers = np.searchsorted(columns, np.arange(size + 1))
         self.diagonal = self._triangle.diagonal
-        self.sparsity = ca.Sparsity(size, size, self._pointers.tolist(), self._rows.tolist())
-        self._solver = ca.Linsol("saddle", "ldl", self.sparsity)
+        # Along the motion the matrix is banded: half the entries of other orders.
+        numbered = sparse.csc_array((np.arange(len(keys)), self._rows, self._pointers), shape=(size, size))
+        self._order = reverse_cuthill_mckee(sparse.csr_matrix(numbered), symmetric_mode=True)
+        self._banded = sparse.csc_array(numbered[self._order][:, self._order])
         self._factored_normal: SuperLU | None = None
 
     def __repr__(self) -> str:
@@ -234,14 +235,16 @@ class Saddle:
         plain = self.matrix(flat)
         scale, scaled = self._equilibrated(plain, self._scale(flat))
         scaled[self._corner] = -DELTA
-        # A pivot that is exactly zero, as on uniform knots, is told on stderr only: the matrix is singular then.
-        with overheard() as complaints:
-            regular = ca.DM(self.sparsity, scaled)
-            self._solver.nfact(regular)
-            negative = self._solver.neig(regular)
-        if complaints or negative != self.m:
+        numbers, indices, pointers = self._banded.data, self._banded.indices, self._banded.indptr
+        banded = sparse.csc_matrix((scaled[numbers], indices, pointers), shape=plain.shape)
+        try:
+            factor = splu(banded, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        except RuntimeError:
             return None
-        return plain, regular, scale
+        # Rows change places where a pivot is exactly zero, as on uniform knots: the matrix is singular then.
+        kept = np.array_equal(factor.perm_r, np.arange(self.n + self.m))
+        negative = np.count_nonzero(factor.U.diagonal() < 0)
+        return (plain, factor, scale) if kept and negative == self.m else None
 
     def _scale(self, flat: np.ndarray) -> np.ndarray:
         """(unknowns + conditions,) the units in which the saddle matrix is of order one, the Hessian's too."""
@@ -348,6 +351,7 @@ class Saddle:
         )
         return projected, float(np.abs(hessian.diagonal() * unit**2).max())
 
-    def _apply(self, regular: ca.DM, rhs: np.ndarray) -> np.ndarray:
-        with LIBRARIES:
-            return np.asarray(self._solver.solve(regular, ca.DM(rhs))).ravel()
+    def _apply(self, factor: SuperLU, rhs: np.ndarray) -> np.ndarray:
+        found = np.empty_like(rhs)
+        found[self._order] = factor.solve(rhs[self._order])
+        return found
