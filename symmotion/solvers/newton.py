@@ -77,7 +77,7 @@ class ExactNewton:
     tolerance: of the certificate, see `Certificate.holds`. max_iterations: of a descent.
     steps: "twice", as said. To compare with: "blend", the first descent alone; "shifted", the second alone, along
         linear equalities; "gauss-newton", θ = 0 until that has converged.
-    system: "condensed" (banded, where the conditions decouple), "sparse" (LDLᵀ, any
+    system: "condensed" (banded, where the conditions decouple), "sparse" (SuperLU, any
         equalities), or "auto", by the program's structure.
     kernels: "compiled" by the machine's C compiler, which takes most objectives less than a second,
         once for a machine (study `kernels`); "interpreted" by CasADi; "auto": compiled where that was done before.

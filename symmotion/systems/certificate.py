@@ -434,7 +434,7 @@ class Inspection:
         inertia = curvature.inertia if curvature.direction is None else self._weakened(curvature.direction)
         factor = system.factorise(hessian)
         if factor is not None and isinstance(system, Condensed):
-            # Another system keeps its factor in memory that later factors take.
+            # Solves go on from it along conditions that decouple alone.
             self.__dict__["kept"] = system, factor
         if factor is None and inertia != "positive":
             factor, _ = shifted(system, hessian.copy(), self.program.unit, tenfold(LEAST_SHIFT, most=MOST_SHIFT))

@@ -10,7 +10,6 @@ import casadi as ca
 import numpy as np
 import scipy.linalg as la
 from scipy import sparse
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import LinearOperator, SuperLU, splu
 
 from symmotion.brief import in_a_line
@@ -165,9 +164,9 @@ class Saddle:
         columns, self._rows = np.divmod(keys, size)
         self._pointers = np.searchsorted(columns, np.arange(size + 1))
         self.diagonal = self._triangle.diagonal
-        # Along the motion the matrix is banded: half the entries of other orders.
+        # Along the motion, where the matrix is banded, pivots next to zero come early, and refinement does not help.
         numbered = sparse.csc_array((np.arange(len(keys)), self._rows, self._pointers), shape=(size, size))
-        self._order = reverse_cuthill_mckee(sparse.csr_matrix(numbered), symmetric_mode=True)
+        self._order = np.array(ca.Sparsity(size, size, self._pointers.tolist(), self._rows.tolist()).amd(), dtype=int)
         self._banded = sparse.csc_array(numbered[self._order][:, self._order])
         self._factored_normal: SuperLU | None = None
 
