@@ -12,6 +12,7 @@ from symmotion.kernels.passes import Pass
 from symmotion.program.block import Block
 from symmotion.program.local import LocalTables, Targets
 
+WRITTEN = ("out", "gradient", "matrix")
 OVERLAP = 1.1  # shares of elements at which threads that see each other's do too much twice
 
 
@@ -50,6 +51,10 @@ class Passes:
         given = {"x": controls, **arrays}
         held = {name: None if a is None else np.ascontiguousarray(a, dtype=float) for name, a in given.items()}
         self._require(mapped, held)
+        if any(held[name] is not given[name] for name in WRITTEN if name in given):
+            raise ValueError("what a pass adds to lies in one piece, in numbers of double precision")
+        if hessian is not None and (matrix := held["matrix"]) is not None and matrix.size != hessian[1].size:
+            raise ValueError(f"a matrix of {matrix.size} numbers: {hessian[1].size} are needed")
         tasks, first = self._tasks[key][0], block.channels.start or 0
         places = {
             name: None if a is None else a.ctypes.data + a.itemsize * first * (name in ("x", "direction"))
