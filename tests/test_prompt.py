@@ -121,6 +121,7 @@ MADE: dict[str, Callable[[], object]] = {
     "Failed": lambda: sm.batches.Failed(3, "ValueError", "no such thing"),
     "Tally": lambda: sm.batches.Tally(3, 1, 0, 2.0),
     # What programs are made of.
+    "ArrayFunction": lambda: sm.kernels.ArrayFunction.of(plain().program.terms[0].kernel.function("value")),
     "Block": lambda: plain().program.terms[0],
     "BlockEvaluator": lambda: sm.program.BlockEvaluator(plain().program.terms[0]),
     "Bounded": lambda: sm.program.Bounded(solved().program),

@@ -42,7 +42,8 @@ Register = np.ndarray | float
 class ArrayFunction:
     """A kernel function for NumPy, over any number of nodes.
 
-    function: CasADi's; inputs, outputs: the size of each at a node, zero of an input that is not read; nodes: at once.
+    function: CasADi's; listing: its instructions; inputs, outputs: the size of each at a node, zero of an input that is
+    not read; nodes: at once.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> sm.kernels.ArrayFunction.of(kernel.function("value")).outputs
