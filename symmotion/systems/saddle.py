@@ -333,7 +333,8 @@ class Saddle:
             if y is None:
                 return POSITIVE
             along = y if normal is None else y - rows.T @ normal.solve(rows @ y)
-            if along @ (scaled @ along) < -rounding * float(along @ along):
+            # What is left of a y that breaks the conditions, as under weights too small, is rounding of that y.
+            if along @ (scaled @ along) < -rounding * float(y @ y):
                 lowest = lowest_curvature(*self._projected(hessian))
                 return Curvature("indefinite", d * along if lowest is None else self.unit * lowest)
         return UNKNOWN

@@ -1,12 +1,15 @@
 """Curvature: nothing above rounding is missed, on matrices whose eigenvalues range over twelve decades."""
 
+from itertools import accumulate
+
 import numpy as np
 import pytest
+import scipy.linalg as la
 from scipy import sparse
 
 import symmotion as sm
 from symmotion.program import Evaluator
-from symmotion.systems import Saddle
+from symmotion.systems import HessianTriangle, Saddle
 from symmotion.systems.curvature import banded_curvature, dense_curvature, first_failing_pivot
 
 
@@ -60,3 +63,22 @@ def test_large_sparse_systems_along_their_conditions():
     assert lowest.inertia == "indefinite" and lowest.direction is not None
     assert np.abs(evaluator.jacobian(solution.x) @ lowest.direction).max() < 1e-9 * np.abs(lowest.direction).max()
     assert saddle.curvature(0.0 * flat).inertia == "flat"
+
+
+def test_rounding_of_what_breaks_the_conditions_is_no_curvature_along_them():
+    """Beside λ∇²c the Hessian is negative across the conditions, which the first weights do not outweigh."""
+    axes = np.random.default_rng(0).normal(size=(7, 3))
+    halves = sm.quaternions.exp(np.deg2rad(65) * axes / np.linalg.norm(axes, axis=1)[:, None])
+    keys = list(accumulate([np.array([1.0, 0.0, 0.0, 0.0]), *halves], sm.quaternions.product))
+    program = sm.orientation_program(np.arange(8.0), np.array(keys), refine=7)
+    evaluator, solution = Evaluator(program, "interpreted"), sm.ExactNewton().solve(program).require()
+    saddle = Saddle(program, evaluator.jacobian(solution.x))
+    rng = np.random.default_rng(1)
+    for _ in range(12):
+        x = solution.x + 1e-6 * rng.normal(size=program.unknowns)
+        system = saddle.at(evaluator.jacobian(x))
+        flat = evaluator.second_order(x, system.pattern, solution.multiplier_vector)[1]
+        basis = la.null_space(system.jacobian.toarray() * program.unit) * program.unit[:, None]
+        full = HessianTriangle.of(program).full(flat, program.unknowns)
+        assert la.eigvalsh(basis.T @ (full @ basis))[0] > 0
+        assert system.curvature(flat).inertia == "positive"
