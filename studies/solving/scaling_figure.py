@@ -38,9 +38,12 @@ def cost_figure(measured: Sequence[Measurement], names: Sequence[str], limit: Li
         sizes = sorted({m.keyframes for m in measured if m.seconds})
         time.plot(sizes, [limit.seconds(s) for s in sizes], color=COLOURS[5], linestyle=":", label="limit of one core")
         _level(time, budget.seconds, f"budget {budget.seconds:g} s")
+        # On a machine that is busy nothing may keep within the budget, and no ticks are found on logarithmic axes.
+        scale = "log" if sizes else "linear"
         for axes, what in ((time, "build and solve [s]"), (memory, "peak memory beyond imports [MB]")):
-            axes.set(xscale="log", yscale="log", xlabel="keyframes", ylabel=what)
-        plain_ticks(memory.yaxis)
+            axes.set(xscale=scale, yscale=scale, xlabel="keyframes", ylabel=what)
+        if sizes:
+            plain_ticks(memory.yaxis)
         figure.legend(*time.get_legend_handles_labels(), loc="outside upper left", ncols=4)
         caption = (
             "Time to build and solve, and peak memory of the process beyond what its imports take, by number of "

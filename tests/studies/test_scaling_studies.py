@@ -14,7 +14,20 @@ import symmotion as sm
 from studies.solving import interactive, scaling
 from studies.solving.scaling_alternatives import Answer, OptiIpopt, Sqpmethod, Tables, TrustConstr, expressions, judge
 from studies.solving.scaling_fatrop import Fatrop
-from studies.solving.scaling_limit import ONCE, PHASES, REST, Rates, Work, divide, operations, prepared, spent, work
+from studies.solving.scaling_figure import cost_figure
+from studies.solving.scaling_limit import (
+    ONCE,
+    PHASES,
+    REST,
+    Limit,
+    Rates,
+    Work,
+    divide,
+    operations,
+    prepared,
+    spent,
+    work,
+)
 from studies.solving.scaling_tables import METHODS, OURS, repeated_table, slope
 from studies.solving.scaling_worker import BRIEF, Budget, Measurement, Nursery, measure, timed
 from symmotion.program import Evaluator
@@ -231,6 +244,10 @@ def test_larger_sizes_are_not_tried_beyond_the_budget():
     assert row["reaches"] == 40
     assert "not tried" in row["not certified"]
     assert [r.status for r in result.runs] == ["solved", "solved", "skipped"]
+
+
+def test_a_busy_machine_on_which_nothing_keeps_within_the_budget_has_a_figure():
+    assert cost_figure([], ["newton"], Limit(1e-6, 10), Budget(1.5, 2048)).svg.startswith("<svg")
 
 
 def test_methods_have_names_of_their_own():
