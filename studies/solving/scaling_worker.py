@@ -203,7 +203,7 @@ def _stopped(
 
 def work(directory: Path) -> None:
     """What the process does; imports are done when it starts on its task."""
-    for name in sm.__all__:
+    for name in dir(sm):
         getattr(sm, name)
     method, solver, keyframes = pickle.loads((directory / "task").read_bytes())
     _put(_peak(os.getpid()), directory / "ready")
