@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from symmotion.answers import Band
     from symmotion.bodies import Shape
     from symmotion.bodies.places import Oriented
+    from symmotion.bodies.shapes import Up
     from symmotion.fairing import FairingResult
     from symmotion.files.formats import FilePath
     from symmotion.motions import Keyframes, RigidSamples, TwoParameterMotion
@@ -35,11 +36,12 @@ def plot_positions(
     keyframes: "Keyframes | None" = None,
     colour: str | None = None,
     label: str | None = None,
+    up: "Up" = "z",
 ) -> "Axes":
     """A body at several times and the path of its origin; arguments as for `symmotion.views.plot_body`."""
     from symmotion.views.body_plots import plot_body
 
-    return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label)
+    return plot_body(self, axes, body=body, times=times, keyframes=keyframes, colour=colour, label=label, up=up)
 
 
 def plot_keyframes(
@@ -49,11 +51,12 @@ def plot_keyframes(
     body: "Shape | None" = None,
     colour: str | None = None,
     label: str | None = None,
+    up: "Up" = "z",
 ) -> "Axes":
     """A body at the keyframes; arguments as for the `plot` of motions. Returns the axes."""
     from symmotion.views.body_plots import plot_keyframes
 
-    return plot_keyframes(self, axes, body=body, colour=colour, label=label)
+    return plot_keyframes(self, axes, body=body, colour=colour, label=label, up=up)
 
 
 def plot_rates(
@@ -134,15 +137,21 @@ def write_film(
     body: "Shape | None" = None,
     seconds: float = FILM_SECONDS,
     fps: float = FRAMES_PER_SECOND,
+    up: "Up" = "z",
 ) -> None:
     """Write a film; see `write_animation`."""
     from symmotion.views.films import write_animation
 
-    write_animation(motion, path, body, seconds=seconds, fps=fps)
+    write_animation(motion, path, body, seconds=seconds, fps=fps, up=up)
 
 
 def check_film(
-    path: "FilePath", *, body: object = None, seconds: float = FILM_SECONDS, fps: float = FRAMES_PER_SECOND
+    path: "FilePath",
+    *,
+    body: object = None,
+    seconds: float = FILM_SECONDS,
+    fps: float = FRAMES_PER_SECOND,
+    up: object = None,
 ) -> None:
     """Raise InputError where there is no way to such a film."""
     from symmotion.views.films import plan

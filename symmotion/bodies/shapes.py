@@ -1,11 +1,12 @@
 """Shapes to move: the letter that is shown where no body is given, outlines of the papers' figures, a wedge."""
 
 from collections.abc import Sequence
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
 Up: TypeAlias = Literal["y", "z"]
+UPRIGHT: tuple[Up, ...] = get_args(Up)
 
 # An F shows which way it is turned, and whether it is reflected.
 OUTLINE = np.array([(0, 0), (25, 0), (25, 40), (55, 40), (55, 60), (25, 60), (25, 75), (70, 75), (70, 100), (0, 100)])

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from time import perf_counter
 
+from symmotion.bodies.shapes import UPRIGHT
 from symmotion.commands.inputs import add_reading, recording_of
 from symmotion.commands.objectives import OBJECTIVES, objective_by_name
 from symmotion.commands.parsing import (
@@ -48,6 +49,7 @@ def add(commands: Commands) -> None:
         help=f"{', '.join(OBJECTIVES)} or weighted sums such as rigidity+0.001*energy; default: rigidity",
     )
     parser.add_argument("--solvers", nargs="+", default=SOLVERS, metavar="NAME", help=f"default: {' '.join(SOLVERS)}")
+    parser.add_argument("--up", choices=UPRIGHT, help="the axis that is upright; default: as FILE says, else z")
     add_spline(parser)
     add_reading(parser, READ, writes=False)
 
@@ -61,17 +63,19 @@ def run(options: argparse.Namespace) -> None:
     check_spline(options)
     with at_fault("--solvers"):
         solvers = [solver_by_name(name) for name in options.solvers]
-    files = [(path, recording_of(options, READ, path=path).keyframes) for path in options.files]
+    files = [(path, recording_of(options, READ, path=path)) for path in options.files]
     with at_fault("--objective"):
-        asked = [[objective_by_name(name, keys.dimension) for name in options.objective] for _, keys in files]
+        asked = [
+            [objective_by_name(name, found.keyframes.dimension) for name in options.objective] for _, found in files
+        ]
     require_writable(options.output)
     records, failed = [], False
-    for k, ((path, keys), objectives) in enumerate(zip(files, asked, strict=True)):
-        began = perf_counter()
+    for k, ((path, recording), objectives) in enumerate(zip(files, asked, strict=True)):
+        began, keys = perf_counter(), recording.keyframes
         note(options, path, keyframe_notes(keys.times, keys.linear))
         with at_fault(path):
             comparisons = compared(keys, objectives, options.degree, options.refine, solvers)
-            result = comparison_result(keys, objectives, comparisons)
+            result = comparison_result(keys, objectives, comparisons, up=options.up or recording.up or "z")
         failed |= not all(any(s.certified for s in c.found) for c in comparisons.values())
         shown = str(named(options, path))
         name = "standard input" if shown == "-" else path.stem

@@ -68,7 +68,8 @@ def run(options: argparse.Namespace) -> None:
     """Design and write the motion."""
     _check(options)
     given = check_outputs(options, WRITTEN)
-    keyframes = recording_of(options, READ).keyframes
+    recording = recording_of(options, READ)
+    keyframes = recording.keyframes
     with at_fault("--objective"):
         objective = objective_by_name(options.objective, keyframes.dimension)
     try:
@@ -77,7 +78,7 @@ def run(options: argparse.Namespace) -> None:
     except (InputError, SolveError) as error:
         raise type(error)(f"{options.file}: {error}") from error
     note(options, options.file, solution.notes)
-    write_outputs(solution.motion, options, WRITTEN, given)
+    write_outputs(solution.motion, options, WRITTEN, {"up": recording.up, **given})
     say(options, solution if found is None else f"{solution}\n{found}")
 
 

@@ -39,4 +39,4 @@ def write_outputs(
 
 
 def _taken(row: Format, given: Mapping[str, object]) -> dict[str, object]:
-    return {option.name: given[option.name] for option in row.writing if option.name in given}
+    return {option.name: given[option.name] for option in row.writing if given.get(option.name) is not None}

@@ -66,5 +66,5 @@ def run(options: argparse.Namespace) -> None:
             solution = planned.solve()
     except (InputError, SolveError) as error:
         raise type(error)(f"{options.file}: {error}") from error
-    write_outputs(solution.motion, options, WRITTEN, given)
+    write_outputs(solution.motion, options, WRITTEN, {"up": recording.up, **given})
     say(options, solution)

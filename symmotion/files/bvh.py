@@ -102,7 +102,7 @@ def read_bvh_keyframes(
         keyframes = keyframes if times is None else Keyframes(times, keyframes.linear, keyframes.translation)
     except InputError as error:  # which knows no file
         raise InputError(f"{path}: {error}") from None
-    return Recording(keyframes, notes)
+    return Recording(keyframes, notes, "y")
 
 
 def read_bvh_skeleton(

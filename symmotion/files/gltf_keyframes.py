@@ -94,7 +94,7 @@ def read_gltf(
     """As `read_gltf_keyframes`, with notes on which animation and node are read where there are several."""
     (keys, linear, translation), body, notes = _found(path, node, animation, steps)
     try:
-        return Recording(Keyframes(keys if times is None else times, linear, translation), notes)
+        return Recording(Keyframes(keys if times is None else times, linear, translation), notes, "y")
     except InputError as error:
         raise InputError(f"{path}, node {body}: {error}") from None
 

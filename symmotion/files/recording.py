@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symmotion import checks
+from symmotion.bodies.shapes import Up
 from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 from symmotion.motions import Keyframes
@@ -16,6 +17,8 @@ GAP = 5.0  # of the median step
 class Recording:
     """Keyframes, and notes: lines on what a reader chose, repaired and left out.
 
+    up: the axis that is upright, "y" or "z", which `plot`, films and players take; None where the file does not say.
+
     >>> sm.write_keyframes(sm.examples.random_keyframes(4, 40, seed=1), "walk.tum")
     >>> sm.files.read_recording("walk.tum", every=2).keyframes
     Keyframes(3 in 3D, times 0 to 3)
@@ -23,6 +26,7 @@ class Recording:
 
     keyframes: Keyframes
     notes: tuple[str, ...] = ()
+    up: Up | None = None
 
     __repr__ = in_a_line
 
@@ -61,7 +65,7 @@ def thinned(recording: Recording, every: int | None = None, rate: float | None =
         notes.append(f"{len(kept)} of {count} keyframes are kept")
     if (gap := gaps(keyframes.times)) is not None:
         notes.append(gap)
-    return Recording(keyframes, tuple(notes))
+    return Recording(keyframes, tuple(notes), recording.up)
 
 
 def apart(times: np.ndarray, repeated: str) -> list[np.ndarray]:

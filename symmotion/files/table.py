@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from symmotion import checks
+from symmotion.bodies.shapes import UPRIGHT
 from symmotion.errors import InputError
 from symmotion.files.bvh import checked_encoding, read_bvh_keyframes, read_bvh_skeleton
 from symmotion.files.bvh_writing import write_bvh, write_bvh_keyframes
@@ -82,6 +83,7 @@ FILM = (
     BODY,
     Option("seconds", "length of the film", float, FILM_SECONDS, checks.positive),
     Option("fps", "frames per second", float, FRAMES_PER_SECOND, checks.positive),
+    Option("up", "the axis that is upright, y or z; default: as FILE says, else z", str, check=one_of(*UPRIGHT)),
 )
 
 # All formats, by what they hold; a table of your own may begin with them.

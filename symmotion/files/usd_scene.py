@@ -71,7 +71,8 @@ def scene_keyframes(path: FilePath, scene: Scene, node: str | int | None, times:
     notes = [f"prim {prim.path} is read, from which the others hang"] if node is None and len(moving) > 1 else []
     notes.append(f"{scene.up.lower()} is up in this scene, a unit of length is {scene.unit:g} m")
     try:
-        return Recording(Keyframes(codes / scene.rate if times is None else times, *found), tuple(notes))
+        keyframes = Keyframes(codes / scene.rate if times is None else times, *found)
+        return Recording(keyframes, tuple(notes), "y" if scene.up == "Y" else "z")
     except InputError as error:
         raise InputError(f"{path}, prim {prim.path}: {error}") from None
 

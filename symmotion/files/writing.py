@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from symmotion.bodies import Shape
 from symmotion.bodies.mesh import Mesh
 from symmotion.bodies.places import Oriented, placed
+from symmotion.bodies.shapes import Up
 from symmotion.files.formats import FilePath, Format, require_order, write_file
 from symmotion.files.table import FORMATS
 from symmotion.files.written import WrittenMotion
@@ -47,6 +48,7 @@ def write_motion(
     seconds: float | None = None,
     tolerance: float | None = None,
     fps: float | None = None,
+    up: Up | None = None,
     formats: Iterable[Format] = FORMATS,
 ) -> WrittenMotion | None:
     """Write a motion exactly (.json, for `read_motion`), sampled (.csv, .tum, .bvh), as a scene or as a film.
@@ -58,8 +60,8 @@ def write_motion(
     times: (N,) increasing, N ≥ 2, of the samples; or rate: samples per unit of time from the
     start of the domain on; 200 samples from end to end when both are left out.
     orthonormalise: in .tum and .bvh write the closest rotation of each sample, rigid or not.
-    body, seconds, tolerance: of scenes, as in `write_gltf`; body, seconds, fps: of films, as in `write_animation`;
-    body: the name of an .obj file too.
+    body, seconds, tolerance: of scenes, as in `write_gltf`; body, seconds, fps, up: of films, as in
+    `write_animation`; body: the name of an .obj file too.
     formats: as in `write_keyframes`.
 
     Raises InputError that names the time of a sample that is singular or reflected or, unless
@@ -81,6 +83,7 @@ def write_motion(
         "seconds": seconds,
         "tolerance": tolerance,
         "fps": fps,
+        "up": up,
     }
     return write_file(motion, path, formats, "motion", "scene", "film", options=given)
 

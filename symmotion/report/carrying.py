@@ -10,6 +10,7 @@ from symmotion.bodies.places import dimension_of
 from symmotion.brief import in_a_line
 from symmotion.motions import Affine
 from symmotion.motions.motion import Moving
+from symmotion.views.parallel import TO_Z
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +26,29 @@ class Clipped:
 
     def __call__(self, t: ArrayLike, nu: int = 0, /) -> Affine:
         return self.motion(t, nu)
+
+
+@dataclass(frozen=True, eq=False)
+class Upright:
+    """A motion in space whose y is upright, turned so that z is."""
+
+    motion: Moving
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return self.motion.domain
+
+    @property
+    def dimension(self) -> int:
+        return 3
+
+    def __call__(self, t: ArrayLike, nu: int = 0, /) -> Affine:
+        return upright(self.motion(t, nu))
+
+
+def upright(position: Affine) -> Affine:
+    """Positions in space, or derivatives of them, turned so that z is upright where y was."""
+    return Affine(TO_Z @ position.linear, position.translation @ TO_Z.T)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from symmotion.bodies.shapes import Up
 from symmotion.design import affine_program, measure
 from symmotion.energies import Energy
 from symmotion.errors import InputError, SolveError
@@ -32,9 +33,12 @@ def compared(
 
 
 def comparison_result(
-    keyframes: Keyframes, objectives: Sequence[Energy], comparisons: Mapping[str, Comparison]
+    keyframes: Keyframes, objectives: Sequence[Energy], comparisons: Mapping[str, Comparison], *, up: Up = "z"
 ) -> StudyResult:
-    """Comparisons of solvers on one set of keyframes; tables, figures and what they come to, as data."""
+    """Comparisons of solvers on one set of keyframes; tables, figures and what they come to, as data.
+
+    up: the axis that is upright in players.
+    """
     runs = tuple(Run.of(name, s) for name, c in comparisons.items() for s in c.found)
     figures: list[Figure] = [convergence_figure(runs, "convergence", "Stationarity by iteration.")]
     tables, players = [_agreement(comparisons)], list[Player]()
@@ -54,7 +58,7 @@ def comparison_result(
         )
         figures.append(_inner_products(keyframes, name, f"inner-products-{k + 1}", best))
         tables.append(_prices(keyframes, name, best))
-        players.append(_before_and_after(keyframes, name, f"motion-{k + 1}", best))
+        players.append(_before_and_after(keyframes, name, f"motion-{k + 1}", best, up))
     text = "\n\n".join(sentences)
     return StudyResult(tuple(tables), tuple(figures), runs, text, players=tuple(players), answer=answer_of(comparisons))
 
@@ -95,7 +99,7 @@ def _prices(keyframes: Keyframes, name: str, best: Solution) -> Table:
     )
 
 
-def _before_and_after(keyframes: Keyframes, name: str, slug: str, best: Solution) -> Player:
+def _before_and_after(keyframes: Keyframes, name: str, slug: str, best: Solution, up: Up) -> Player:
     start = best.program.design.motion(best.program.start)
     shown = keyframes[:PLAYED]
     which = "keyframes" if len(shown) == len(keyframes) else f"first {PLAYED} of {len(keyframes)} keyframes"
@@ -106,6 +110,7 @@ def _before_and_after(keyframes: Keyframes, name: str, slug: str, best: Solution
         f"A body under the interpolating spline and at the lowest minimum found, {name}. Grey: the {which}.",
         shown,
         span=(float(shown.times[0]), float(shown.times[-1])),
+        up=up,
     )
 
 

@@ -5,16 +5,18 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion import checks
 from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import Oriented, body_size, dimension_of, placed
+from symmotion.bodies.shapes import UPRIGHT, Up
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
 from symmotion.motions.motion import Moving
-from symmotion.report.carrying import Clipped
+from symmotion.report.carrying import Clipped, Upright, upright
 from symmotion.report.stills import COPIES, motion_colours, still
 from symmotion.report.tracks import ACCURACY, extent, flat, rounded, sampled
 from symmotion.report.values import Figure, Player, require_name
-from symmotion.views.parallel import DIRECTION
+from symmotion.views.parallel import DIRECTION, TO_Z
 
 
 def player(
@@ -26,10 +28,11 @@ def player(
     *,
     picture: Figure | None = None,
     unit: str = "",
-    direction: ArrayLike = DIRECTION,
+    direction: ArrayLike | None = None,
     centre: ArrayLike | None = None,
     span: tuple[float, float] | None = None,
     alt: str = "",
+    up: Up = "z",
 ) -> Player:
     """A player of a body under motions, by their labels; of two the first is before, the second after.
 
@@ -37,7 +40,8 @@ def player(
     a letter F of a size that suits where it is None; keyframes: stay in sight; picture: a figure of
     the study that shows the same, drawn here when left out; direction: from where a body in space
     is seen first; centre: the body point whose path is drawn, the origin when left out; span: the
-    times shown, all when left out. Two tracks of 33 times in space are about 10 kB of the page.
+    times shown, all when left out; up: the axis that is upright, "z", or "y" as in files of BVH and glTF.
+    Two tracks of 33 times in space are about 10 kB of the page.
 
     name: one of its own on a page; caption: below it; unit: of the times; alt: what is seen, in words, the caption when
     left out.
@@ -50,14 +54,19 @@ def player(
     """
     require_name("player", name)
     shown = _shown(name, motions, span)
-    moved = _moved(body, shown, keyframes)
+    moved = _moved(body, shown, keyframes, checks.choice(up, UPRIGHT, f"player {name!r}: up"))
     kept = _compact(name, moved)
     d = kept.dimension
     _require_dimension(name, shown, keyframes, d)
-    eye = _vector(name, "direction", direction, 3)
+    eye = _vector(name, "direction", DIRECTION if direction is None else direction, 3)
     middle = np.zeros(d) if centre is None else _vector(name, "centre", centre, d)
     if not eye.any():
         raise InputError(f"player {name!r}: direction {direction}: numbers that are not all zero are needed")
+    if up == "y" and d == 3:
+        # The page turns bodies about z.
+        shown = {label: Upright(motion) for label, motion in shown.items()}
+        keyframes = None if keyframes is None else Keyframes(keyframes.times, *upright(_positions(keyframes)))
+        eye = eye if direction is None else TO_Z @ eye
     if picture is None:
         picture = still(name, shown, moved, keyframes, eye, middle, caption)
     size = max(extent(motion, kept.vertices) for motion in shown.values())
@@ -95,13 +104,13 @@ def _shown(name: str, motions: Mapping[str, Moving | Oriented], span: tuple[floa
     return {label: Clipped(motion, (a, b)) for label, motion in shown.items()}
 
 
-def _moved(body: Shape | None, motions: Mapping[str, Moving], keyframes: Keyframes | None) -> Body:
+def _moved(body: Shape | None, motions: Mapping[str, Moving], keyframes: Keyframes | None, up: Up) -> Body:
     """The body that is meant, or a letter of a size that suits the keyframes, else the first motion."""
     if body is not None:
         return Body.of(body)
     first = next(iter(motions.values()))
     path = first(np.linspace(*first.domain, COPIES)) if keyframes is None else _positions(keyframes)
-    return Body.of(None, dimension_of(first), size=body_size(path, len(path.translation))[0])
+    return Body.of(None, dimension_of(first), size=body_size(path, len(path.translation))[0], up=up)
 
 
 def _compact(name: str, body: Body) -> Body:

@@ -1,6 +1,6 @@
 """A body along a motion, by one call: in the plane as it is, in space in a parallel view."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,11 +10,22 @@ from numpy.typing import ArrayLike
 
 from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import body_size
+from symmotion.bodies.shapes import Up
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
 from symmotion.motions.motion import Moving
-from symmotion.views.canvas import as_numbers, bears, fit_height, on_axes, require_axes, require_colour, stamps, told
-from symmotion.views.parallel import VIEW, draw_faces, lit
+from symmotion.views.canvas import (
+    as_numbers,
+    bears,
+    fit_height,
+    in_powers,
+    on_axes,
+    require_axes,
+    require_colour,
+    stamps,
+    told,
+)
+from symmotion.views.parallel import draw_faces, lit, upright_view
 from symmotion.views.style import COLOURS, INK
 
 # Keyframes beyond this many are not drawn: their bodies would hide the motion.
@@ -34,10 +45,12 @@ def plot_body(
     keyframes: Keyframes | None = None,
     colour: str | None = None,
     label: str | None = None,
+    up: Up = "z",
 ) -> Axes:
     """A body at several times of a motion, and the path of its origin; returns the axes.
 
-    Space is seen in parallel from (2, −3, 1.6), with its directions and a length beside. Where
+    Space is seen in parallel from (2, −3, 1.6), with its directions and a length beside: "up" is the axis of
+    the motion that is upright, "z", or "y" as in files of BVH and glTF, seen from (2, 1.6, 3). Where
     the origin stays in its place, the bodies stand side by side over time.
 
     motion: called as `AffineMotion` is, in the plane or in space.
@@ -65,8 +78,11 @@ def plot_body(
         raise InputError(f"keyframes {keyframes!r}: Keyframes in {d}D, as the motion, are needed")
     keyed = keyframes if keyframes is not None and len(keyframes) <= MOST_KEYFRAMES else None
     size, pinned = body_size(path, len(t))
-    shape = Body.of(body, d, size=size)
-    copies = [_Copies(t, place, colour, _ends(t))] if keyed is None else _with_keyframes(motion, t, keyed, colour)
+    shape, view = Body.of(body, d, size=size, up=up), _view(d, up)
+    if keyed is None:
+        copies = [_Copies(t, place, colour, view, _ends(t))]
+    else:
+        copies = _with_keyframes(motion, t, keyed, colour, view)
     if pinned:
         return _plot(axes, shape, _side_by_side(copies, shape), None, colour, label, strip=True)
     return _plot(axes, shape, copies, path.translation, colour, label)
@@ -79,6 +95,7 @@ def plot_keyframes(
     body: Shape | None = None,
     colour: str | None = None,
     label: str | None = None,
+    up: Up = "z",
 ) -> Axes:
     """A body at keyframes, numbered where they are 12 or fewer; arguments as for `plot_body`, but black.
 
@@ -90,10 +107,10 @@ def plot_keyframes(
     d = keyframes.dimension
     place = Affine(keyframes.linear, keyframes.translation)
     size, pinned = body_size(place, min(len(keyframes), MOST_COPIES))
-    shape = Body.of(body, d, size=size)
+    shape = Body.of(body, d, size=size, up=up)
     if len(keyframes) > MOST_COPIES:
         keyframes = keyframes[np.linspace(0, len(keyframes) - 1, MOST_COPIES).round().astype(int)]
-    copies = [_at_keyframes(keyframes, colour)]
+    copies = [_at_keyframes(keyframes, colour, _view(d, up))]
     if pinned:
         return _plot(axes, shape, _side_by_side(copies, shape), None, colour, label, strip=True)
     return _plot(axes, shape, copies, None, colour, label)
@@ -101,18 +118,18 @@ def plot_keyframes(
 
 @dataclass(frozen=True, eq=False)
 class _Copies:
-    """Copies of the body that are drawn alike; marks: (which, text) of those that bear one."""
+    """Copies of the body that are drawn alike; view: (d, d) its directions; marks: (which, text) of those with one."""
 
     times: np.ndarray
     place: Affine
     colour: str
+    view: np.ndarray
     marks: tuple[tuple[int, str], ...] = ()
     dark: bool = False
 
     def polygons(self, body: Body) -> list[np.ndarray]:
         """The faces of all copies, in space in the directions right, up and near."""
-        at = self.place(body.vertices)
-        return body.polygons(at @ VIEW if body.dimension == 3 else at)
+        return body.polygons(self.place(body.vertices) @ self.view)
 
 
 def _ends(t: np.ndarray) -> tuple[tuple[int, str], ...]:
@@ -120,31 +137,38 @@ def _ends(t: np.ndarray) -> tuple[tuple[int, str], ...]:
     return tuple((i, f"t = {text}") for i, text in zip(ends, stamps(t[ends]), strict=True))
 
 
-def _at_keyframes(keyframes: Keyframes, colour: str) -> _Copies:
+def _view(dimension: int, up: Up) -> np.ndarray:
+    """(d, d) the directions of the picture, in space right, up and towards the viewer."""
+    view = upright_view(up)
+    return view if dimension == 3 else np.eye(2)
+
+
+def _at_keyframes(keyframes: Keyframes, colour: str, view: np.ndarray) -> _Copies:
     t, few = keyframes.times, len(keyframes) <= MOST_KEYFRAMES
     names = dict(_ends(t))
     marks = tuple((i, f"{i} ({names[i]})" if i in names else str(i)) for i in range(len(t) if few else 0))
-    return _Copies(t, Affine(keyframes.linear, keyframes.translation), colour, marks, True)
+    return _Copies(t, Affine(keyframes.linear, keyframes.translation), colour, view, marks, True)
 
 
-def _with_keyframes(motion: Moving, t: np.ndarray, keyframes: Keyframes, colour: str) -> list[_Copies]:
+def _with_keyframes(
+    motion: Moving, t: np.ndarray, keyframes: Keyframes, colour: str, view: np.ndarray
+) -> list[_Copies]:
     """Copies at times and at keyframes, none twice."""
     # Relative to their span: seconds since 1970 are all alike relative to their size.
     between = t[~np.isclose(t[:, None], keyframes.times, rtol=0, atol=1e-9 * np.ptp(t)).any(axis=1)]
-    return [_Copies(between, motion(between), colour), _at_keyframes(keyframes, INK)]
+    return [_Copies(between, motion(between), colour, view), _at_keyframes(keyframes, INK, view)]
 
 
 def _side_by_side(copies: list[_Copies], body: Body) -> list[_Copies]:
     """Copies set apart along the horizontal, in the order of their times."""
-    right = VIEW[:, 0] if body.dimension == 3 else np.array([1.0, 0.0])
     polygons = [p for c in copies for p in c.polygons(body)]
     step = 1.15 * (max(p[:, 0].max() for p in polygons) - min(p[:, 0].min() for p in polygons))
     order = np.unique(np.concatenate([c.times for c in copies]))
     moved = []
     for c in copies:
         across = step * np.searchsorted(order, c.times)
-        place = Affine(c.place.linear, across[:, None] * right)
-        moved.append(_Copies(c.times, place, c.colour, (), c.dark))
+        place = Affine(c.place.linear, across[:, None] * c.view[:, 0])
+        moved.append(replace(c, place=place, marks=()))
     return moved
 
 
@@ -157,10 +181,10 @@ def _plot(
     label: str | None,
     strip: bool = False,
 ) -> Axes:
-    spatial = body.dimension == 3
+    spatial, view = body.dimension == 3, copies[0].view
     with on_axes(axes) as target:
         if path is not None:
-            seen = path @ VIEW if spatial else path
+            seen = path @ view
             target.plot(seen[:, 0], seen[:, 1], color=colour, linewidth=1.0, label=label, zorder=1.5 if spatial else 3)
         elif label is not None:
             target.plot([], [], color=colour, label=label)
@@ -173,7 +197,7 @@ def _plot(
         target.grid(False)
         target.autoscale_view()
         if spatial and not bears(target, TRIAD):
-            _draw_triad(target, measured=not strip)
+            _draw_triad(target, view, measured=not strip)
         if strip:
             _time_axis(target, copies)
         elif spatial:
@@ -182,6 +206,8 @@ def _plot(
             target.set_xlabel("x")
             target.set_ylabel("y")
         if axes is None:
+            if not spatial and not strip:
+                in_powers(target)
             fit_height(target)
     return target
 
@@ -224,7 +250,7 @@ def _draw_marks(axes: Axes, copies: _Copies, body: Body) -> None:
         below.set(ha="center", va="top", fontsize="small")
 
 
-def _draw_triad(axes: Axes, measured: bool) -> None:
+def _draw_triad(axes: Axes, view: np.ndarray, measured: bool) -> None:
     """The directions of space left of the picture, each of a round length, which is written below."""
     (low, bottom), (high, top) = axes.dataLim.min, axes.dataLim.max
     # Of a motion that shrinks everything to a point there is still a picture.
@@ -232,7 +258,7 @@ def _draw_triad(axes: Axes, measured: bool) -> None:
     power = 10.0 ** np.floor(np.log10(room))
     length = float(power * max(k for k in (1, 2, 5) if k * power <= room * (1 + 1e-9)))
     length = length if measured else 0.5 * room
-    arms = length * VIEW[:, :2]
+    arms = length * view[:, :2]
     origin = np.array([low - 1.6 * room, bottom + 0.5 * room])
     for arm, name in zip(arms, "xyz", strict=True):
         axes.plot(*(np.stack([origin, origin + arm]).T), color=INK, linewidth=0.8, solid_capstyle="round")
@@ -247,9 +273,8 @@ def _draw_triad(axes: Axes, measured: bool) -> None:
 
 def _time_axis(axes: Axes, copies: list[_Copies]) -> None:
     """Ticks under copies that stand side by side, some of them where they are many."""
-    spatial = copies[0].place.linear.shape[-1] == 3
     t = np.concatenate([c.times for c in copies])
-    at = np.concatenate([c.place.translation @ (VIEW[:, 0] if spatial else [1.0, 0.0]) for c in copies])
+    at = np.concatenate([c.place.translation @ c.view[:, 0] for c in copies])
     order = np.argsort(at)
     order = order[:: -(-len(order) // 10)]
     ticks, name = told(t[order])

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Literal
 
 import matplotlib
 import numpy as np
@@ -53,10 +54,19 @@ def on_axes(axes: Axes | None) -> Iterator[Axes]:
             # Ticks and grid lines are made when the figure is shown, and would be in the style of then.
             axes.grid(True, color=STYLE["grid.color"], alpha=STYLE["grid.alpha"], linewidth=STYLE["grid.linewidth"])
             axes.tick_params(width=STYLE["xtick.major.width"], labelsize=FONT["xtick.labelsize"])
+            in_powers(axes, "x")
             yield axes
         except BaseException:
             plt.close(figure)
             raise
+
+
+def in_powers(axes: Axes, axis: Literal["x", "both"] = "both") -> None:
+    """Large and small numbers at ticks with their power of ten beside the axis: written out they run together.
+
+    That of the y axis is where `legend_above` puts a legend.
+    """
+    axes.ticklabel_format(axis=axis, scilimits=(-3, 4), useMathText=True)
 
 
 def fit_height(axes: Axes) -> None:

@@ -12,10 +12,11 @@ from matplotlib.typing import ColorType
 
 from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import Oriented, dimension_of, fitting_body, placed
+from symmotion.bodies.shapes import Up
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath, format_of
 from symmotion.motions.motion import Moving
-from symmotion.views.parallel import VIEW, lit
+from symmotion.views.parallel import lit, upright_view
 from symmotion.views.style import COLOURS, INK, new_figure
 from symmotion.whole import whole_files
 
@@ -40,11 +41,13 @@ def write_animation(
     *,
     seconds: float = SECONDS,
     fps: float = FPS,
+    up: Up = "z",
 ) -> None:
     """Write a film of a moving body: .gif, played again and again, or .mp4, which takes the program ffmpeg.
 
     body: of any form that `Body.of` takes; a letter F when left out. Spatial motions are seen from
-    (2, −3, 1.6), z upwards, without perspective. The thin line is the path of the body's origin.
+    (2, −3, 1.6), z upwards, without perspective; with up "y", as files of BVH and glTF have it, from (2, 1.6, 3)
+    with y upwards. The thin line is the path of the body's origin.
     seconds: the film's length, whatever the motion's; fps: frames per second, in a GIF at most 50
     and rounded so that a frame lasts whole hundredths of a second.
 
@@ -55,11 +58,12 @@ def write_animation(
     >>> sm.views.write_animation(motion, "motion.gif", seconds=0.2)
     """
     _, frames, writer = plan(path, seconds, fps)
+    view = upright_view(up)
     motion = placed(motion)
     d = dimension_of(motion)
-    picture = _moving(motion, fitting_body(body, motion, dimension=d))
+    picture = _moving(motion, fitting_body(body, motion, dimension=d, up=up), view)
     origin = motion(np.linspace(*motion.domain, 300)).translation
-    seen = origin if d == 2 else origin @ VIEW[:, :2]
+    seen = origin if d == 2 else origin @ view[:, :2]
     t = np.linspace(*motion.domain, frames)
     with whole_files(path) as film:
         try:
@@ -125,14 +129,14 @@ def _film(writer: AbstractMovieWriter, film: Path, picture: Picture, path: np.nd
                 writer.grab_frame()
 
 
-def _moving(motion: Moving, body: Body) -> Picture:
+def _moving(motion: Moving, body: Body, view: np.ndarray) -> Picture:
     """The faces of a body at a time, in space from back to front, shaded."""
     if body.dimension == 2:
         return lambda t: (body.polygons(motion(t)(body.vertices)), [COLOURS[0]])
     shades = _shades(body)
 
     def picture(t: float) -> tuple[list[np.ndarray], Sequence[ColorType]]:
-        faces = body.polygons(motion(t)(body.vertices) @ VIEW)
+        faces = body.polygons(motion(t)(body.vertices) @ view)
         order = np.argsort([face[:, 2].mean() for face in faces], kind="stable")
         colours = shades * (0.55 + 0.45 * lit(faces)[:, None])
         return [faces[k][:, :2] for k in order], colours[order].tolist()

@@ -17,6 +17,7 @@ from symmotion.views.canvas import (
     MOST_MARKERS,
     as_numbers,
     fit_height,
+    in_powers,
     legend_above,
     on_axes,
     require_axes,
@@ -142,6 +143,7 @@ def plot_curve(curve: Curve, axes: Axes | None = None, *, label: str | None = No
             target.set_xlabel("x")
             target.set_ylabel("y")
             if axes is None:
+                in_powers(target)
                 fit_height(target)
         else:
             for k, column in enumerate(values.T):

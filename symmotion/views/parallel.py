@@ -8,6 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import ArrayLike
 
+from symmotion import checks
+from symmotion.bodies.shapes import UPRIGHT, Up
+
 # The light of all shaded pictures, from the left above the viewer: right, up, towards.
 LIGHT = np.array([-0.35, 0.55, 0.75]) / np.linalg.norm([-0.35, 0.55, 0.75])
 # That of isophotes stands still in space: they belong to a surface, whatever the view.
@@ -34,6 +37,13 @@ def view_from(direction: ArrayLike) -> np.ndarray:
 VIEW = view_from([2.0, -3.0, 1.6])  # of pictures of bodies in space
 # Where bodies in players, and surfaces, are seen from.
 DIRECTION = (1.0, -1.6, 1.3)
+# What turns positions whose y is upright, as files of animators have them, so that z is.
+TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+def upright_view(up: Up = "z") -> np.ndarray:
+    """(3, 3) the view of pictures of bodies in space, `VIEW`, with an axis upright; InputError for another one."""
+    return VIEW if checks.choice(up, UPRIGHT, "up") == "z" else TO_Z.T @ VIEW
 
 
 def bare(axes: Axes) -> None:

@@ -132,3 +132,38 @@ def test_an_interrupt_is_one_line(poses, tmp_path, capsys, monkeypatch):
     assert main(["smooth", str(poses), "--format", "tum", "-o", str(tmp_path / "m.json")]) == 130
     error = capsys.readouterr().err
     assert error == "symmotion smooth: interrupted\n"
+
+
+def test_films_and_players_of_files_whose_y_is_upright_are_upright(tmp_path):
+    keys = sm.examples.random_keyframes(4, 40, seed=1)
+    sm.write_keyframes(keys, tmp_path / "walk.bvh")
+    sm.write_keyframes(keys, tmp_path / "walk.tum")
+    for name, flags in [("walk.bvh", []), ("walk.tum", ["--up", "y"]), ("walk.bvh", ["--up", "z"]), ("walk.tum", [])]:
+        out = tmp_path / f"{name}{len(flags)}.gif"
+        arguments = [str(tmp_path / name), "-o", str(out), "--seconds", "0.2", *flags]
+        assert main(["design", *arguments, "--quiet"]) == 0
+    films = {path.stem: path.read_bytes() for path in tmp_path.glob("*.gif")}
+    assert films["walk.bvh0"] == films["walk.tum2"]
+    assert films["walk.bvh2"] == films["walk.tum0"]
+    assert films["walk.bvh0"] != films["walk.bvh2"]
+    stills = []
+    for k, flags in enumerate([[], ["--up", "y"], ["--up", "z"]]):
+        out = tmp_path / f"report{k}"
+        arguments = [str(tmp_path / "walk.bvh"), "-o", str(out), "--solvers", "newton", *flags]
+        assert main(["compare", *arguments, "--quiet"]) == 0
+        (still,) = (out / "figures").glob("*-still.svg")
+        stills.append(still.read_text())
+    assert stills[0] == stills[1]
+    assert stills[0] != stills[2]
+
+
+def test_files_say_what_is_upright(tmp_path):
+    keys = sm.examples.random_keyframes(4, 40, seed=1)
+    for name in ("a.bvh", "a.tum"):
+        sm.write_keyframes(keys, tmp_path / name)
+    motion = sm.interpolants.component_cubic(keys)
+    for name in ("a.glb", "a.usda"):
+        sm.write_motion(motion, tmp_path / name)
+    (tmp_path / "z.usda").write_text((tmp_path / "a.usda").read_text().replace('upAxis = "Y"', 'upAxis = "Z"'))
+    said = {p.name: sm.files.read_recording(p, every=2).up for p in tmp_path.iterdir()}
+    assert said == {"a.bvh": "y", "a.tum": None, "a.glb": "y", "a.usda": "y", "z.usda": "z"}

@@ -6,6 +6,7 @@ import io
 import json
 import pickle
 import re
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -602,3 +603,23 @@ def test_players_move_on_a_page_of_ones_own(browser, tmp_path):
         assert first.locator("canvas").screenshot() != before
     with pytest.raises(sm.InputError, match="players of the same name: plane"):
         player_elements([in_the_plane(), in_the_plane()])
+
+
+def test_what_is_upright_in_a_file_is_upright_in_the_player():
+    stood = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    keys = sm.examples.spatial_keyframes()
+    turned = sm.Keyframes(keys.times, stood @ keys.linear, keys.translation @ stood.T)
+    shown, expected = (
+        player("p", {"spline": sm.interpolants.component_cubic(k)}, wedge(), "c", k, direction=d, up=up)
+        for k, d, up in ((keys, (1.0, 1.0, 2.0), "y"), (turned, (1.0, -2.0, 1.0), "z"))
+    )
+    np.testing.assert_allclose(shown.tracks[0].poses, expected.tracks[0].poses, atol=1e-9)
+    np.testing.assert_allclose(shown.tracks[0].rates, expected.tracks[0].rates, atol=1e-9)
+    np.testing.assert_allclose(shown.keyframes, expected.keyframes, atol=1e-9)
+    assert shown.direction == expected.direction
+    letter = player("p", {"spline": sm.interpolants.component_cubic(keys)}, None, "c", up="y")
+    sides = np.ptp(letter.body.vertices, axis=0)
+    assert sides.argmax() == 1
+    assert letter.direction == (1.0, -1.6, 1.3)
+    with pytest.raises(sm.InputError, match="player 'p': up 'x' is unknown; there are y, z"):
+        player("p", {"spline": sm.interpolants.component_cubic(keys)}, None, "c", up=cast(Any, "x"))

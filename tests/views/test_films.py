@@ -119,3 +119,15 @@ def test_a_film_replaces_an_older_one_only_when_it_is_whole(tmp_path):
     with pytest.raises(InputError, match="the motion is not finite"):
         write_animation(broken, path, DISC)
     assert path.read_text() == "older"
+
+
+def test_the_axis_that_is_upright_is_upright_in_the_film(tmp_path):
+    stood = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    keys = sm.examples.spatial_keyframes()
+    turned = sm.Keyframes(keys.times, stood @ keys.linear, keys.translation @ stood.T)
+    sm.write_motion(SPATIAL, tmp_path / "y.gif", body=(BALL, FACES), seconds=0.2, up="y")
+    sm.write_motion(sm.interpolants.component_cubic(turned), tmp_path / "z.gif", body=(BALL, FACES), seconds=0.2)
+    for (shown, _), (expected, _) in zip(frames(tmp_path / "y.gif"), frames(tmp_path / "z.gif"), strict=True):
+        assert np.abs(shown - expected).mean() < 0.5
+    with pytest.raises(InputError, match="up 'x' is unknown; there are y, z"):
+        sm.write_motion(SPATIAL, tmp_path / "x.gif", up=cast(Any, "x"))

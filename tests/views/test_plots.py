@@ -17,6 +17,7 @@ from studies.guide import pictures
 from symmotion.motions.nets import noisy_net, smooth_net
 from symmotion.report import StudyOptions
 from symmotion.splines import BSplineBasis, Spline
+from symmotion.views.motion_plots import plot_curve
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -487,3 +488,59 @@ def test_the_pictures_in_the_readme_are_those_of_the_command():
 def test_the_long_form_draws_the_other_kinds():
     result = pictures.STUDY.run(replace(StudyOptions(), full=True))
     assert len(result.figures) == 15
+
+
+# What animators' files have upright turned so that it is what pictures have: (x, y, z) to (x, −z, y).
+STOOD = Rotation.from_euler("x", 90, degrees=True).as_matrix()
+
+
+def stood(keyframes: sm.Keyframes) -> sm.Keyframes:
+    return sm.Keyframes(keyframes.times, STOOD @ keyframes.linear, keyframes.translation @ STOOD.T)
+
+
+@pytest.mark.parametrize("pinned", [False, True], ids=["along a path", "on the spot"])
+def test_the_axis_that_is_upright_in_a_file_is_upright_in_the_picture(pinned):
+    keys = replace(SPATIAL, translation=np.zeros((4, 3))) if pinned else SPATIAL
+    motion = sm.interpolants.component_cubic(keys)
+    turned = sm.interpolants.component_cubic(stood(keys))
+    shape = sm.bodies.wedge()
+    for shown, expected in [
+        (motion.plot(body=shape, keyframes=keys, up="y"), turned.plot(body=shape, keyframes=stood(keys))),
+        (keys.plot(body=shape, up="y"), stood(keys).plot(body=shape)),
+    ]:
+        for drawn, wanted in zip(shown.collections, expected.collections, strict=True):
+            for polygon, other in zip(drawn.get_paths(), wanted.get_paths(), strict=True):
+                np.testing.assert_allclose(polygon.vertices, other.vertices, atol=1e-9)
+        names = {text.get_text(): text.get_position() for text in shown.texts if text.get_text() in ("x", "y", "z")}
+        origin = np.array(shown.lines[-1].get_xydata())[0]
+        upright = {name for name, place in names.items() if abs(place[0] - origin[0]) < 1e-9 and place[1] > origin[1]}
+        assert upright == {"y"}
+
+
+def test_the_letter_stands_upright():
+    still = sm.Keyframes([0.0, 1.0], np.tile(np.eye(3), (2, 1, 1)), [[0.0, 0, 0], [9, 0, 0]])
+    shown, expected = still.plot(up="y"), still.plot()
+    for drawn, wanted in zip(shown.collections, expected.collections, strict=True):
+        heights = [np.ptp(np.concatenate([p.vertices for p in c.get_paths()])[:, 1]) for c in (drawn, wanted)]
+        assert heights[0] == pytest.approx(heights[1])
+
+
+def test_another_axis_is_refused():
+    with pytest.raises(sm.InputError, match="up 'x' is unknown; there are y, z"):
+        SPATIAL.plot(up=cast(Any, "x"))
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e4])
+def test_ticks_of_tiny_and_huge_scenes_do_not_run_together(size):
+    for axes in (
+        replace(PLANAR, translation=size * PLANAR.translation).plot(),
+        sm.interpolants.component_cubic(replace(PLANAR, translation=size * PLANAR.translation)).plot(),
+        plot_curve(sm.curves.bezier(size * np.array([[0.0, 0.0], [3.0, 1.0]]))),
+    ):
+        cast(Any, axes.figure).canvas.draw()
+        inside = axes.get_window_extent()
+        boxes = [text.get_window_extent() for text in axes.get_xticklabels()]
+        shown = [box for box in boxes if inside.x0 <= (box.x0 + box.x1) / 2 <= inside.x1]
+        assert len(shown) > 3
+        assert all(a.x1 < b.x0 for a, b in pairwise(shown))
+        assert all("10^" in axis.get_offset_text().get_text() for axis in (axes.xaxis, axes.yaxis))
