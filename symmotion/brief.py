@@ -14,6 +14,10 @@ from symmotion.values import same
 NUMBERS = 18  # of an array that is written out
 ENTRIES = 6  # of a list that is written out
 LETTERS = 120
+# A time is far from 0 where it is so many times as large as the span of all: seconds from 1970 are.
+FAR = 100.0
+LARGE = 1e6
+SAME = 1e-12  # numbers that differ by less, relative to their size, differ by rounding
 
 
 def in_a_line(self: Any) -> str:  # Any: a dataclass, for which typing has no name
@@ -40,7 +44,9 @@ def brief(content: object) -> str:
             return str(content)
         case float():
             exact = repr(float(content))
-            return exact if len(exact) <= 10 else f"{content:.9g}"
+            return (
+                exact if len(exact) <= 10 else instant(content) if LARGE < abs(content) < 1 / SAME else f"{content:.9g}"
+            )
         case str():
             return repr(content if len(content) <= LETTERS else f"{content[: LETTERS - 1]}…")
         case Mapping():
@@ -64,6 +70,8 @@ def _numbers(array: np.ndarray) -> str:
         return f"array {_times(array.shape)}"
     if not array.ndim:
         return f"{array[()] + 0:.6g}"
+    if array.ndim == 1 and array.size and start_of(array) != 0 and np.ptp(array) > SAME * abs(array[0]):
+        return f"[{', '.join(map(instant, array))}]"
     return f"[{', '.join(_numbers(np.asarray(part)) for part in array)}]"
 
 
@@ -78,3 +86,19 @@ def _listed(shown: list[str], count: int) -> str:
 
 def _tuple(shown: list[str], count: int) -> str:
     return f"({_listed(shown, count)}{',' * (count == 1)})"
+
+
+def start_of(times: np.ndarray) -> float:
+    """What times are told from: the first one where 0 is far away, as from recordings in seconds from 1970, else 0."""
+    return float(times[0]) if abs(times[0]) > FAR * abs(times[-1] - times[0]) > 0 else 0.0
+
+
+def instant(time: float) -> str:
+    """A time to six digits, a large one to six decimals: seconds from 1970 are all alike in their first digits."""
+    return f"{time:g}" if abs(time) < 1e3 else f"{round(float(time), 6):.15g}"
+
+
+def between(first: float, last: float) -> str:
+    """The times from one to another, from the first where 0 is far away: 0 to 12.5 after 1700000000."""
+    start = start_of(np.array([first, last]))
+    return f"{first:g} to {last:g}" if start == 0 else f"0 to {last - first:g} after {instant(start)}"

@@ -10,8 +10,6 @@ from symmotion.brief import in_a_line
 from symmotion.errors import InputError
 
 Cell = str | int | float | bool | None  # of a table; None is missing
-# A time is far from 0 where it is so many times as large as the span of all: seconds from 1970 are.
-FAR = 100.0
 MEASURED = ("ms", "µs", "ns", "kB", "MB")  # seconds may be a motion's times
 
 
@@ -91,11 +89,6 @@ class Table:
             return shown(row[k], self.columns[k].digits)
         value, *around = (shown(row[j], 3) for j in part)
         return f"{value} ({'–'.join(around)})"
-
-
-def start_of(times: np.ndarray) -> float:
-    """What times are told from: the first one where 0 is far away, as from recordings in seconds from 1970, else 0."""
-    return float(times[0]) if abs(times[0]) > FAR * abs(times[-1] - times[0]) > 0 else 0.0
 
 
 def shown(value: Cell, digits: int = 5) -> str:

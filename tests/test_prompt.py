@@ -307,3 +307,49 @@ def test_what_lies_in_files_reads_in_a_line(tmp_path):
 )
 def test_a_content_in_a_few_words(content, words):
     assert brief(content) == words
+
+
+LATE = 1.7e9 + 0.25  # seconds from 1970
+SOON = sm.examples.random_keyframes(4, 40, seed=1)
+
+
+def at(start: float) -> list[object]:
+    keys = sm.Keyframes(start + SOON.times / 2, SOON.linear, SOON.translation)
+    turning = sm.quaternions.interpolate_quaternions(keys)
+    path = sm.splines.cubic_interpolant(keys.times, keys.translation)
+    pose, affine = sm.motions.PoseMotion(turning, path), sm.interpolants.component_cubic(keys)
+    ramp = sm.curves.bezier([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], domain=(start, start + 1.5))
+    samples = sm.motions.orthonormalise(affine, keys.times)
+    skeleton = sm.files.PosedSkeleton(
+        ("a",), [-1], keys.times, keys.linear[:, None], keys.translation[:, None], np.zeros((1, 3))
+    )
+    orientations = sm.quaternions.OrientationKeys.of(keys.times, keys.linear)
+    return [
+        keys,
+        turning,
+        path,
+        path.basis,
+        pose,
+        affine,
+        ramp,
+        samples,
+        skeleton,
+        orientations,
+        sm.motions.reverse(pose),
+    ]
+
+
+@pytest.mark.parametrize(("soon", "late"), list(zip(at(0.0), at(LATE), strict=True)), ids=lambda o: type(o).__name__)
+def test_large_times_are_told_from_the_first(soon, late):
+    assert "0 to 1.5" in repr(soon)
+    assert repr(late) == repr(soon).replace("0 to 1.5", "0 to 1.5 after 1700000000.25")
+
+
+def test_large_times_can_be_told_apart():
+    one, other = sm.Keyframes(LATE + SOON.times / 100, SOON.linear, SOON.translation)[1:3]
+    assert "time 1700000000.26," in repr(one)
+    assert "time 1700000000.27," in repr(other)
+    assert brief(LATE + np.array([0.0, 0.01])) == "[1700000000.25, 1700000000.26]"
+    assert brief(LATE) == "1700000000.25"
+    assert brief(np.array([1.0, 1.0 + 2e-16, 1.0])) == "[1, 1, 1]"
+    assert brief(2 / 3 * 1e30) == "6.66666667e+29"

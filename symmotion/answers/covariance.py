@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import between
 from symmotion.design.fitting import SAMPLES, FitDesign
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
@@ -40,7 +41,7 @@ class Band:
     def __repr__(self) -> str:
         places, turns = (f"{known.min():.2g} to {known.max():.2g}" for known in (self.place, self.turn))
         first, last = self.times[[0, -1]]
-        return f"Band({len(self.times)} times, {first:g} to {last:g}; places off by {places}, turns by {turns} rad)"
+        return f"Band({len(self.times)} times, {between(first, last)}; places off by {places}, turns by {turns} rad)"
 
     @property
     def place(self) -> np.ndarray:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from symmotion import checks
+from symmotion.brief import between
 from symmotion.constraints.constraint import JetConstraint, MotionConstraint, require_possible
 from symmotion.constraints.setting import Setting
 from symmotion.errors import InputError
@@ -159,7 +160,7 @@ class CurveCondition(MotionConstraint):
 
     def __repr__(self) -> str:
         what = f"{'values' if self.is_equality else 'bounds'} at {self.count} times"
-        return f"CurveCondition({self.name!r}, {what}, {self.times.min():g} to {self.times.max():g})"
+        return f"CurveCondition({self.name!r}, {what}, {between(self.times.min(), self.times.max())})"
 
     @property
     def is_equality(self) -> bool:

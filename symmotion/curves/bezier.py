@@ -5,6 +5,7 @@ from math import comb
 
 import numpy as np
 
+from symmotion.brief import between
 from symmotion.checks import numbers, whole
 from symmotion.errors import InputError
 from symmotion.saving import save
@@ -113,7 +114,7 @@ class RationalQuadratic:
 
     def __repr__(self) -> str:
         a, b = self.domain
-        return f"RationalQuadratic({self.kind}, weight {self.weight:g}, times {a:g} to {b:g})"
+        return f"RationalQuadratic({self.kind}, weight {self.weight:g}, times {between(a, b)})"
 
     @property
     def kind(self) -> str:

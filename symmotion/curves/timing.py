@@ -6,6 +6,7 @@ from math import factorial
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.brief import between
 from symmotion.checks import floats, numbers, whole
 from symmotion.curves.bezier import bezier, check_domain
 from symmotion.curves.curve import Curve
@@ -207,7 +208,7 @@ class Retimed:
 
     def __repr__(self) -> str:
         a, b = self.domain
-        return f"Retimed({self.curve!r}, times {a:g} to {b:g})"
+        return f"Retimed({self.curve!r}, times {between(a, b)})"
 
     @property
     def domain(self) -> tuple[float, float]:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symmotion import checks
+from symmotion.brief import between
 from symmotion.errors import InputError
 from symmotion.motions import Keyframes, copy_deviations, keyframes_from_copies
 from symmotion.values import read_only
@@ -104,7 +105,7 @@ class PosedSkeleton:
 
     def __repr__(self) -> str:
         a, b = self.times[[0, -1]]
-        return f"PosedSkeleton({len(self)} joints, {len(self.times)} frames, times {a:g} to {b:g})"
+        return f"PosedSkeleton({len(self)} joints, {len(self.times)} frames, times {between(a, b)})"
 
     def index(self, joint: str | int) -> int:
         """The index of a joint by its name; InputError where there is no such, or more than one."""

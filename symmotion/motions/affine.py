@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.brief import between
 from symmotion.checks import numbers
 from symmotion.errors import InputError
 from symmotion.motions.motion import matrix, trajectory
@@ -83,7 +84,7 @@ class AffineMotion:
 
     def __repr__(self) -> str:
         a, b = self.domain
-        return f"AffineMotion({self.dimension}D, degree {self.degree}, {self.basis.n} controls, times {a:g} to {b:g})"
+        return f"AffineMotion({self.dimension}D, degree {self.degree}, {self.basis.n} controls, times {between(a, b)})"
 
     def __call__(self, t: ArrayLike, nu: int = 0, extrapolate: bool = False) -> Affine:
         """The nu-th derivative at times t: linear t.shape + (d, d), translation t.shape + (d,).

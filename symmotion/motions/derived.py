@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import between
 from symmotion.curves.series import Series, compose, product
 from symmotion.curves.timing import ArcParameter, require_warp, solutions
 from symmotion.errors import InputError
@@ -48,7 +49,7 @@ def _positions(self: _Derived, t: ArrayLike, nu: int = 0) -> Affine:
 
 def _told(self: _Derived) -> str:
     a, b = self.domain
-    return f"{type(self).__name__}({self.dimension}D, times {a:g} to {b:g})"
+    return f"{type(self).__name__}({self.dimension}D, times {between(a, b)})"
 
 
 @value

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import between, instant
 from symmotion.errors import InputError
 from symmotion.motions.crowding import close
 from symmotion.motions.position import Affine, in_line
@@ -52,7 +53,7 @@ class Keyframe(NamedTuple):
 
     def __repr__(self) -> str:
         linear, translation = in_line(self.linear), in_line(self.translation)
-        return f"Keyframe(time {self.time:g}, linear {linear}, translation {translation})"
+        return f"Keyframe(time {instant(self.time)}, linear {linear}, translation {translation})"
 
 
 @value
@@ -173,7 +174,7 @@ class Keyframes:
         return (self[i] for i in range(len(self)))
 
     def __repr__(self) -> str:
-        return f"Keyframes({len(self)} in {self.dimension}D, times {self.times[0]:g} to {self.times[-1]:g})"
+        return f"Keyframes({len(self)} in {self.dimension}D, times {between(*self.times[[0, -1]])})"
 
     def with_times(self, method: str | ArrayLike = "centripetal", points: ArrayLike | None = None) -> "Keyframes":
         """The same positions at other times: (M,) increasing, or by a method over the same span; see `parametrised`."""

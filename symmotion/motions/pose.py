@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.brief import between
 from symmotion.errors import InputError
 from symmotion.motions.motion import matrix, trajectory
 from symmotion.motions.position import Affine
@@ -59,7 +60,7 @@ class PoseMotion:
 
     def __repr__(self) -> str:
         a, b = self.domain
-        return f"PoseMotion(times {a:g} to {b:g})"
+        return f"PoseMotion(times {between(a, b)})"
 
     def __call__(self, t: ArrayLike, nu: int = 0) -> Affine:
         """The nu-th derivative (0 to 2) at times t: linear t.shape + (3, 3), translation t.shape + (3,).

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.brief import between
 from symmotion.curves.timing import solutions
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions
@@ -117,7 +118,7 @@ class RationalMotion:
 
     def __repr__(self) -> str:
         (a, b), kind = self.domain, "spherical" if self.spherical else "spatial"
-        return f"RationalMotion({kind}, degree {self.basis.degree}, {self.basis.n} controls, times {a:g} to {b:g})"
+        return f"RationalMotion({kind}, degree {self.basis.degree}, {self.basis.n} controls, times {between(a, b)})"
 
     @property
     def spherical(self) -> bool:
@@ -213,7 +214,7 @@ class CurveMotion:
 
     def __repr__(self) -> str:
         a, b = self.domain
-        return f"CurveMotion(times {a:g} to {b:g}, in {self.surface!r})"
+        return f"CurveMotion(times {between(a, b)}, in {self.surface!r})"
 
     @property
     def dimension(self) -> int:

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.brief import between
 from symmotion.checks import numbers
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
@@ -79,10 +80,8 @@ class RigidSamples:
             object.__setattr__(self, name, read_only(numbers(getattr(self, name), name)))
 
     def __repr__(self) -> str:
-        return (
-            f"RigidSamples({len(self.times)} in {self.translation.shape[-1]}D, times {self.times[0]:g} to "
-            f"{self.times[-1]:g}, deviation {self.deviation:.3g})"
-        )
+        count, d = len(self.times), self.translation.shape[-1]
+        return f"RigidSamples({count} in {d}D, times {between(*self.times[[0, -1]])}, deviation {self.deviation:.3g})"
 
     @property
     def deviation(self) -> float:

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from symmotion.bodies import Body
-from symmotion.brief import brief, in_a_line
+from symmotion.brief import brief, in_a_line, start_of
 from symmotion.errors import InputError
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status, ending, is_certified
-from symmotion.tables import Table, start_of
+from symmotion.tables import Table
 
 
 @dataclass(frozen=True)

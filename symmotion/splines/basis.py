@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
+from symmotion.brief import between
 from symmotion.checks import floats, number, numbers, whole
 from symmotion.errors import InputError
 from symmotion.splines.instants import inside, require_steps, rounding_in, same_times, unified
@@ -73,7 +74,7 @@ class BSplineBasis:
     def __repr__(self) -> str:
         a, b = self.domain
         kind = "periodic, " if self.periodic else ""
-        return f"BSplineBasis({kind}degree {self.degree}, {self.n} functions, {a:g} to {b:g})"
+        return f"BSplineBasis({kind}degree {self.degree}, {self.n} functions, {between(a, b)})"
 
     @staticmethod
     def clamped(breakpoints, degree: int) -> "BSplineBasis":

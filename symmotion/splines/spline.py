@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
+from symmotion.brief import between
 from symmotion.checks import numbers, whole
 from symmotion.errors import InputError
 from symmotion.saving import save
@@ -43,7 +44,7 @@ class Spline:
     def __repr__(self) -> str:
         (a, b), shape = self.domain, self.control_points.shape[1:]
         kind = f"{self.basis.n} controls{f' of shape {shape}' if shape else ''}"
-        return f"Spline({'periodic, ' if self.basis.periodic else ''}degree {self.degree}, {kind}, {a:g} to {b:g})"
+        return f"Spline({'periodic, ' if self.basis.periodic else ''}degree {self.degree}, {kind}, {between(a, b)})"
 
     @property
     def degree(self) -> int:

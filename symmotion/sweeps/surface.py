@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.bodies.mesh import Mesh, compact
+from symmotion.brief import between
 from symmotion.checks import floats, numbers
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
@@ -57,7 +58,7 @@ class SweepSurface:
     def __repr__(self) -> str:
         (a, b), (c, d) = self.domain
         net = f"{self.u.n} × {self.t.n} controls of degrees {self.u.degree} and {self.t.degree}"
-        return f"SweepSurface({self.dimension}D, {net}, u {a:g} to {b:g}, t {c:g} to {d:g})"
+        return f"SweepSurface({self.dimension}D, {net}, u {a:g} to {b:g}, t {between(c, d)})"
 
     def __call__(self, u: ArrayLike, t: ArrayLike, nu: tuple[int, int] = (0, 0)) -> np.ndarray:
         """Partial derivatives of order nu by (u, t); u and t broadcast, + (d,). InputError outside the domain."""

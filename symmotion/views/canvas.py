@@ -11,8 +11,8 @@ from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 from matplotlib.typing import RcKeyType
 
+from symmotion.brief import start_of
 from symmotion.errors import InputError
-from symmotion.tables import start_of
 from symmotion.views.style import STYLE
 
 # Markers beyond this many would run together, and fill a file.

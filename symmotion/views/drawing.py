@@ -8,11 +8,11 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import ListedColormap, to_rgba
 
 from symmotion.bodies import Body, Shape
+from symmotion.brief import start_of
 from symmotion.motions import AffineMotion, Keyframes
 from symmotion.motions.motion import Motion
 from symmotion.program import Program
 from symmotion.systems import kkt_pattern
-from symmotion.tables import start_of
 from symmotion.views.canvas import MOST_MARKERS, thinned, told
 from symmotion.views.parallel import VIEW, bare
 from symmotion.views.style import COLOURS, INK, STYLES

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from numpy.typing import ArrayLike
 
+from symmotion.brief import instant
 from symmotion.curves import Curve
 from symmotion.errors import InputError
 from symmotion.motions import RigidSamples, TwoParameterMotion
@@ -53,7 +54,7 @@ def plot_orientation(
                 tips = rotate(q, np.eye(3)[k])
                 draw_curve(target, tips, COLOURS[k], style=STYLES[k], label=f"${name}$")
                 draw_points(target, tips[:1], COLOURS[k])
-            target.plot([], [], "o", color=INK, label=f"t = {t[0]:.4g}")
+            target.plot([], [], "o", color=INK, label=f"t = {instant(t[0])}")
             legend_above(target)
             if axes is None:
                 fit_height(target)

@@ -16,6 +16,7 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
+from symmotion.brief import between
 from symmotion.errors import InputError
 from symmotion.fairing import FairingResult
 from symmotion.motions import Keyframes, RigidSamples, TwoParameterMotion
@@ -24,7 +25,7 @@ from symmotion.program import Program
 from symmotion.solvers import Comparison, Solution
 from symmotion.svg import as_element
 from symmotion.tables import Cell, Column, Table, shown
-from symmotion.views.canvas import FONT, HEIGHT, WIDTH, fit_height, stamps
+from symmotion.views.canvas import FONT, HEIGHT, WIDTH, fit_height
 from symmotion.views.plots import plot_comparison, plot_fairing, plot_solution, solver_names
 from symmotion.views.solutions import Drawn, keyframe_multipliers
 from symmotion.views.style import new_figure
@@ -170,7 +171,7 @@ def _motion_facts(motion: object) -> list[tuple[str, Cell]]:
 
 
 def _interval(ends: ArrayLike) -> str:
-    return " to ".join(stamps(np.asarray(ends), 6))
+    return between(*np.asarray(ends, dtype=float))
 
 
 def _prices(solution: Solution) -> list[Table]:

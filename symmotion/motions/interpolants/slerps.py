@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.brief import in_a_line
+from symmotion.brief import between, in_a_line
 from symmotion.checks import floats, numbers, whole
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
@@ -63,7 +63,7 @@ class SegmentCurve:
 
     def __repr__(self) -> str:
         a, b = self.domain
-        return f"SegmentCurve({len(self.times) - 1} segments, times {a:g} to {b:g})"
+        return f"SegmentCurve({len(self.times) - 1} segments, times {between(a, b)})"
 
     @property
     def dimension(self) -> int:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.brief import between
 from symmotion.checks import choice, numbers
 from symmotion.curves.bezier import check_domain
 from symmotion.errors import InputError
@@ -217,7 +218,7 @@ class QuaternionMotion:
 
     def __repr__(self) -> str:
         a, b = self.domain
-        return f"QuaternionMotion(degree {self.degree}, {self.basis.n} control quaternions, times {a:g} to {b:g})"
+        return f"QuaternionMotion(degree {self.degree}, {self.basis.n} control quaternions, times {between(a, b)})"
 
     @cached_property
     def table(self) -> tuple[np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.brief import between
 from symmotion.checks import numbers
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes, require_no_path
@@ -81,7 +82,7 @@ class OrientationKeys:
         return OrientationKeys(times, q, ways)
 
     def __repr__(self) -> str:
-        return f"OrientationKeys({len(self)}, times {self.times[0]:g} to {self.times[-1]:g})"
+        return f"OrientationKeys({len(self)}, times {between(*self.times[[0, -1]])})"
 
     def __len__(self) -> int:
         return len(self.times)
