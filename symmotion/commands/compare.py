@@ -15,9 +15,9 @@ from symmotion.commands.parsing import (
     at_fault,
     check_spline,
     named,
-    note,
     say,
 )
+from symmotion.commands.wording import note
 from symmotion.design.question import keyframe_notes
 from symmotion.errors import SolveError
 from symmotion.files.formats import rows

@@ -16,9 +16,9 @@ from symmotion.commands.parsing import (
     add_spline,
     at_fault,
     check_spline,
-    note,
     say,
 )
+from symmotion.commands.wording import note
 from symmotion.constraints import MotionConstraint, Periodic, Tolerance
 from symmotion.design import affine_program, free_times_program
 from symmotion.energies import Energy

@@ -11,7 +11,8 @@ from tempfile import TemporaryDirectory
 from time import monotonic
 
 from symmotion import checks
-from symmotion.commands.parsing import add_format_options, format_options, note
+from symmotion.commands.parsing import add_format_options, format_options
+from symmotion.commands.wording import note
 from symmotion.errors import InputError, SolveError
 from symmotion.files.formats import Format, endings, read_file, row_of
 from symmotion.files.recording import Recording, thinned
@@ -47,6 +48,8 @@ def recording_of(
         checks.whole(every, 1, "--every")
     if kept is not None:
         checks.positive(kept, "--keep-rate")
+    if every is not None and (kept is not None or rate is not None):
+        raise InputError(f"--every and {'--rate' if kept is None else '--keep-rate'} both thin a recording: give one")
     given = format_options(options, formats, "read", [row_of(asked, formats, options.format)])
     found = read_file(asked, Recording, formats, "keyframes", format=options.format, options=given)
     try:

@@ -7,6 +7,7 @@ from symmotion.commands import compare, convert, design, fair, smooth
 from symmotion.commands.completion import add_completion
 from symmotion.commands.inputs import piped
 from symmotion.commands.parsing import Parser, add_version
+from symmotion.commands.wording import worded
 from symmotion.errors import InputError, SolveError
 
 INTERRUPTED = 130
@@ -19,7 +20,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with piped(options):
             options.run(options)
     except (InputError, SolveError) as error:
-        print(f"symmotion {options.name}: {error}", file=sys.stderr)
+        print(f"symmotion {options.name}: {worded(str(error), options)}", file=sys.stderr)
         return 2 if isinstance(error, InputError) else 1
     except KeyboardInterrupt:
         print(f"symmotion {options.name}: interrupted", file=sys.stderr)

@@ -153,13 +153,6 @@ def say(options: argparse.Namespace, text: object) -> None:
         print("\n".join(map(plain, str(text).split("\n"))), file=where)
 
 
-def note(options: argparse.Namespace, culprit: object, notes: Sequence[str]) -> None:
-    """Lines on standard error with what there is to say of a file that is taken all the same, unless quiet."""
-    if not options.quiet:
-        for text in notes:
-            print(f"symmotion {options.name}: {named(options, culprit)}: note: {text}", file=sys.stderr)
-
-
 def named(options: argparse.Namespace, culprit: object) -> object:
     """What a file is called, standard input as it was asked for."""
     return "-" if culprit == getattr(options, "piped_input", None) else culprit

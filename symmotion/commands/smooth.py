@@ -11,9 +11,9 @@ from symmotion.commands.parsing import (
     add_input,
     add_outputs,
     at_fault,
-    note,
     say,
 )
+from symmotion.commands.wording import note
 from symmotion.errors import InputError, SolveError
 from symmotion.files.formats import row_of, rows
 from symmotion.files.table import FORMATS

@@ -60,7 +60,7 @@ def _read(
     if frames is not None:
         checks.choice(frames, FRAMES, "frames")
     read_as = "utf-8-sig" if encoding is None else checked_encoding(encoding)
-    with readable(path, encoding=read_as, remedy=", or name its encoding") as handle:
+    with readable(path, encoding=read_as, remedy=", or name its encoding, as encoding='shift_jis'") as handle:
         reader = _Reader(path, handle)
         joints = _read_hierarchy(reader)
         channels = sum(len(j.channels) for j in joints)

@@ -17,6 +17,7 @@ from symmotion.files.positions import Positions
 from symmotion.files.tables import Columns, Growing, Table, number, number_parts
 
 NORM_TOLERANCE = 1e-3
+FAR = 0.5  # from a norm of 1: other columns
 AFFINE_TOLERANCE = 1e-6
 NANO = 10**9
 WHOLE = re.compile(r"\s*\d{1,30}\s*")
@@ -200,7 +201,11 @@ def _unit(
     wrong = ~(np.abs(norms - 1) <= within) | (norms == 0)
     if wrong.any():
         i = int(np.argmax(wrong))
-        remedy = "lost='drop' leaves such rows out" if norms[i] == 0 else "norms=… says how far they may be from it"
+        furthest = float(np.abs(norms[norms > 0] - 1).max(initial=0.0))
+        # Two digits, rounded up.
+        allowed = float(f"{1.05 * furthest:.1e}")
+        remedy = f"norms={allowed:g} takes them all" if furthest < FAR else "are the columns those of a quaternion?"
+        remedy = "lost='drop' leaves such rows out" if norms[i] == 0 else remedy
         raise InputError(
             f"{path}, line {lines[i]}: a quaternion of norm {norms[i]:.6g}: unit quaternions are needed; {remedy}"
         )

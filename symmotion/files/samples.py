@@ -50,7 +50,10 @@ def rigid_samples(motion: Moving, times: np.ndarray, path: FilePath, orthonormal
     far = samples.deviations > (np.inf if orthonormalise else RIGID_TOLERANCE)
     if far.any():
         time = times[np.argmax(far)]
-        raise InputError(f"{path}: the motion is not rigid at time {time}: orthonormalise, or write csv or json")
+        raise InputError(
+            f"{path}: the motion is not rigid at time {time}: orthonormalise=True writes the closest rotations, csv "
+            "and json what it is"
+        )
     return samples.keyframes
 
 

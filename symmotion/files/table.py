@@ -40,13 +40,18 @@ def one_character(value: str, what: str) -> str:
     return value
 
 
+def character(text: str) -> str:
+    """A word as a character: a tab as `\\t`, which shells do not read."""
+    return "\t" if text == "\\t" else text
+
+
 def one_of(*known: str) -> Callable[[object, str], object]:
     """A check that a value is one of these words."""
     return lambda value, what: checks.choice(value, known, what)
 
 
 TIMES = Option("times", "times (M,) in place of the file's")
-DELIMITER = Option("delimiter", "the character between columns", str, check=one_character)
+DELIMITER = Option("delimiter", "the character between columns", character, check=one_character)
 COLUMNS = Option(
     "columns", "roles of columns: time=stamp;translation=a,b,c;quaternion=x,y,z,w", str, check=checked_columns
 )

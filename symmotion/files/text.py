@@ -156,7 +156,7 @@ def _header(path: FilePath, table: Table, shapes: Sequence[Columns] | None, told
     if shapes:
         if width == 0:
             raise InputError(f"{path}: holds no keyframes")
-        separator = "" if width > 1 else "; say what is between them with delimiter"
+        separator = "" if width > 1 else "; say what is between them, as delimiter=','"
         raise InputError(f"{path}, line {table.line}: {width} columns, not {len(shapes[0])}{separator}")
     if quoted and width == 0:
         return []  # which `choose` refuses, naming what it takes

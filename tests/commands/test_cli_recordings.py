@@ -1,6 +1,7 @@
 """Recordings on the command line: smooth, formats and repairs as options, pipes, one line where something is wrong."""
 
 import io
+import shlex
 import sys
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 
 import symmotion as sm
 from symmotion.commands import main
+from symmotion.commands.main import parser
+from symmotion.commands.wording import worded
 
 
 @pytest.fixture
@@ -167,3 +170,48 @@ def test_files_say_what_is_upright(tmp_path):
     (tmp_path / "z.usda").write_text((tmp_path / "a.usda").read_text().replace('upAxis = "Y"', 'upAxis = "Z"'))
     said = {p.name: sm.files.read_recording(p, every=2).up for p in tmp_path.iterdir()}
     assert said == {"a.bvh": "y", "a.tum": None, "a.glb": "y", "a.usda": "y", "z.usda": "z"}
+
+
+TABLES = {
+    "angles.csv": "t,x,y,z,roll,pitch,yaw\n0,0,0,0,0,0,50\n1,1,0,0,0,0,60\n2,1,0,0,0,0,70\n",
+    "norms.tum": "0 0 0 0 0 0 0 1.02\n1 1 0 0 0 0 0 0.97\n2 1 0 1 0 0 0 1\n",
+    "lost.tum": "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 0\n2 1 0 1 0 0 0 1\n",
+    "again.tum": "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n1 1 0 1 0 0 0 1\n2 1 0 1 0 0 0 1\n",
+    "more.bvh": "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\n"
+    "OFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.5\n0 0 0\n9 0 0\n0 9 0\n",
+    "crowd.tum": "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n1.0000001 1 0 1 0 0 0 1\n2 1 2 1 0 0 0 1\n3 1 2 4 0 0 0 1\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "remedies"),
+    [
+        ("angles.csv", ["--angles deg", "--angles rad"]),
+        ("norms.tum", ["--norms 0.032"]),
+        ("lost.tum", ["--lost drop"]),
+        ("again.tum", ["--repeated drop", "--repeated merge"]),
+        ("more.bvh", ["--frames found", "--frames claimed"]),
+        ("crowd.tum", ["--repeated merge"]),
+    ],
+)
+def test_remedies_are_flags_that_work_as_printed(name, remedies, tmp_path, capsys):
+    (tmp_path / name).write_text(TABLES[name])
+    arguments = ["design", str(tmp_path / name), "-o", str(tmp_path / "m.json"), "--objective", "rigidity+energy"]
+    assert main(arguments) == 2
+    said = capsys.readouterr().err
+    for remedy in remedies:
+        assert remedy in said
+        assert main([*arguments, *shlex.split(remedy)]) == 0
+    assert "=" not in said.replace("M.json", "")
+
+
+def test_solvers_are_named_as_flags_and_their_settings_stay(poses, tmp_path, capsys):
+    arguments = ["design", str(poses), "--format", "tum", "-o", str(tmp_path / "m.json"), "--every", "13"]
+    assert main([*arguments, "--tolerance", "0.01", "--solver", "elimination"]) == 2
+    assert "--solver newton and --solver ipopt take it" in capsys.readouterr().err
+    given = "(tolerance=1e-08, steps='twice'): delimiter='\\t', columns={'time': …}, None for none"
+    options = parser().parse_args(arguments)
+    flags = "--delimiter '\\t', --columns time=NAME,…, without a NAME for none"
+    assert worded(given, options) == f"(tolerance=1e-08, steps='twice'): {flags}"
+    assert main([*arguments, "--keep-rate", "2"]) == 2
+    assert "--every and --keep-rate both thin a recording: give one" in capsys.readouterr().err

@@ -562,3 +562,31 @@ def test_the_first_animation_that_moves_the_node(tmp_path):
     assert sm.files.read_recording(path).notes[0] == "animation 'walk' is read, of 'walk', 'other'"
     with pytest.raises(InputError, match=r"0 animations are called 'run': .* there are 'walk', 'other'"):
         read_keyframes(path, animation="run")
+
+
+@pytest.mark.parametrize("packed", ["EXT_meshopt_compression", "KHR_draco_mesh_compression"])
+def test_the_mesh_may_be_compressed_where_the_animation_is_plain(tmp_path, packed):
+    """Meshes as exporters pack them: buffers without data to fall back on, accessors without a view."""
+    expected = read_keyframes(moving().save(tmp_path / "plain.gltf"))
+    path = moving().save(tmp_path / "packed.gltf")
+    document = json.loads(path.read_text())
+    document["extensionsUsed"] = document["extensionsRequired"] = [packed]
+    corners = {"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}
+    view = {"buffer": 0, "byteOffset": 0, "byteLength": 4}
+    primitive = {"attributes": {"POSITION": len(document["accessors"])}}
+    if packed == "EXT_meshopt_compression":
+        document["buffers"].append({"byteLength": 36, "extensions": {packed: {"fallback": True}}})
+        corners["bufferView"] = len(document["bufferViews"])
+        code = {**view, "byteStride": 12, "count": 3, "mode": "ATTRIBUTES"}
+        document["bufferViews"].append({"buffer": 1, "byteLength": 36, "byteStride": 12, "extensions": {packed: code}})
+    else:
+        code = {"bufferView": len(document["bufferViews"]), "attributes": {"POSITION": 0}}
+        document["bufferViews"].append(view)
+        primitive["extensions"] = {packed: code}
+    document["accessors"].append(corners)
+    document["meshes"] = [{"primitives": [primitive]}]
+    document["nodes"][0]["mesh"] = 0
+    path.write_text(json.dumps(document))
+    read = read_keyframes(path)
+    assert read == expected
+    assert sm.files.read_skeleton(path).names == sm.files.read_skeleton(tmp_path / "plain.gltf").names

@@ -206,7 +206,7 @@ def test_repeated_and_crowded_stamps(file):
 
 def test_norms_within_a_stated_tolerance(file):
     name = file("a.tum", table("", [*PLAIN[:4], *(1.02 * QUATERNIONS).T], " "))
-    with pytest.raises(InputError, match=r"norm 1.02: unit quaternions are needed; norms=…"):
+    with pytest.raises(InputError, match=r"norm 1.02: unit quaternions are needed; norms=0.02"):
         read_keyframes(name)
     read = read_recording(name, norms=0.05)
     assert_poses(read.keyframes)
