@@ -145,6 +145,8 @@ MADE: dict[str, Callable[[], object]] = {
     "EnergySum": lambda: sm.Rigidity() + 0.1 * sm.TrajectoryEnergy(MANY),
     "JetEnergy": lambda: sm.JetEnergy(lambda jet: jet.ddv, squares=True),
     "Rigidity": lambda: sm.Rigidity(2, MANY.T, np.ones((300, 300))),
+    "Roughness": lambda: sm.energies.Roughness(1.0, 2.0, (3, 2)),
+    "SideSlip": lambda: sm.energies.SideSlip(np.array([1.0, 0.0, 0.0]), np.ones(3)),
     "StrainAcceleration": sm.StrainAcceleration,
     "StrainRate": sm.StrainRate,
     "Torque": lambda: sm.Torque([1.0, 2.0, 2.5]),
