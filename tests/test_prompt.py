@@ -187,6 +187,7 @@ MADE: dict[str, Callable[[], object]] = {
     "OrientationKeys": lambda: sm.quaternions.OrientationKeys.of(RIGID),
     "PoseMotion": lambda: MOTIONS["pose"],
     "QuaternionMotion": lambda: MOTIONS["quaternion"],
+    "ProductMotion": lambda: MOTIONS["product in the world"],
     "PointPath": lambda: CURVES["path of a point"],
     "RationalMotion": lambda: MOTIONS["rational"],
     "RelativeMotion": lambda: MOTIONS["seen from another"],
@@ -200,6 +201,7 @@ MADE: dict[str, Callable[[], object]] = {
     "Retimed": lambda: CURVES["retimed"],
     "SymbolicSpline": lambda: sm.curves.SymbolicSpline(np.arange(304.0), MANY, 3),
     "BSplineBasis": lambda: plain().motion.basis,
+    "CumulativeBasis": lambda: MOTIONS["product of turns"].functions,
     "Integral": lambda: sm.splines.integrate(lambda t: t, np.arange(300.0), np.arange(300.0) + 1, 1e-9),
     "Spline": lambda: CURVES["spline"],
     # Nets, bodies, sweeps.
