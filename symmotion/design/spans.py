@@ -31,7 +31,8 @@ def graded_times(times: np.ndarray, refine: int, closed: bool = False) -> np.nda
         return even
     pieces = np.split(even[:-1], np.arange(1, len(steps)) * (refine + 1))
     for i in long:
-        pieces[i] = times[i] + _graded(steps[i], *ends[:, i].tolist(), steps[i] / (refine + 1))
+        first, last = ends[:, i].tolist()
+        pieces[i] = times[i] + _graded(float(steps[i]), first, last, float(steps[i]) / (refine + 1))
     return np.append(np.concatenate(pieces), times[-1])
 
 
