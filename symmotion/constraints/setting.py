@@ -50,6 +50,7 @@ class Setting:
 
     @property
     def space(self) -> JetSpace:
+        """The first of the spaces, where there is one motion its own."""
         return self.spaces[0]
 
     @property
@@ -64,6 +65,7 @@ class Setting:
         return checks.index(i, len(self.times), f"{name}: keyframe")
 
     def require_translation(self, name: str) -> None:
+        """Raise InputError, for the constraint of this name, where the translation is not unknown."""
         if self.moves:
             return
         if isinstance(self.space.symbols(), RigidJet):

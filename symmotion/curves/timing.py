@@ -119,6 +119,7 @@ class ArcParameter:
 
     @property
     def breakpoints(self) -> np.ndarray:
+        """(N,) the new parameters of the curve's breakpoints, ascending."""
         return self.preimages(self.curve.breakpoints)
 
     def preimages(self, parameters) -> np.ndarray:
@@ -211,6 +212,7 @@ class Retimed:
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last of the new parameters."""
         return self.warp.domain
 
     @property

@@ -158,10 +158,12 @@ class OrientationDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: keyframes that crowd."""
         return keyframe_notes(self.keys.times)
 
     @cached_property
     def setting(self) -> Setting:
+        """What constraints may know of this program: its keyframes as rotations and quaternions."""
         keys = self.keys
         linear = to_rotation(keys.quaternions).as_matrix()
         moves = self.space.pose

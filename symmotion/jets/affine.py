@@ -36,46 +36,57 @@ class Jet:
 
     @property
     def kind(self) -> str:
+        """Which jet it is, in words: "affine 2D" or "affine 3D"."""
         return f"affine {self.dimension}D"
 
     @property
     def entries(self) -> ca.SX:
+        """(4 d² + 4 d + 1, 1) A, dA, ddA, dddA column by column, v, dv, ddv, dddv, and the time."""
         return column([*self.linear, *self.translation, self.t])
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in, d."""
         return self.A.shape[0]
 
     @property
     def A(self) -> ca.SX:
+        """(d, d) the linear part: a body point p is at v + A p."""
         return self.linear[0]
 
     @property
     def dA(self) -> ca.SX:
+        """(d, d) Ȧ, per unit of time."""
         return self.linear[1]
 
     @property
     def ddA(self) -> ca.SX:
+        """(d, d) Ä, per unit of time squared."""
         return self.linear[2]
 
     @property
     def dddA(self) -> ca.SX:
+        """(d, d) the third derivative of A, per unit of time cubed."""
         return self.linear[3]
 
     @property
     def v(self) -> ca.SX:
+        """(d, 1) the translation: where the body's origin is, in units of length."""
         return self.translation[0]
 
     @property
     def dv(self) -> ca.SX:
+        """(d, 1) v̇, the velocity of the body's origin."""
         return self.translation[1]
 
     @property
     def ddv(self) -> ca.SX:
+        """(d, 1) v̈, the acceleration of the body's origin."""
         return self.translation[2]
 
     @property
     def dddv(self) -> ca.SX:
+        """(d, 1) the third derivative of v, the jerk of the body's origin."""
         return self.translation[3]
 
     @property
@@ -128,6 +139,7 @@ class Jet:
         return self.ddv + self.ddA @ body_point(point, self.dimension)
 
     def bending(self, points: np.ndarray, masses: np.ndarray) -> ca.SX:
+        """At most d (d + 1) residuals whose squares add up to Σ m_i ‖acceleration of p_i‖²; (P, d), (P,)."""
         # Σ m ‖v̈ + Ä p‖² needs d residuals per point, or d (d + 1) for any number of points: with
         # homogeneous points it is tr(X C Xᵀ), X = (Ä v̈), C = Σ m p pᵀ = L Lᵀ.
         homogeneous = np.column_stack([points, np.ones(len(points))]) * np.sqrt(masses)[:, None]

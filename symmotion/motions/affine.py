@@ -66,14 +66,17 @@ class AffineMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in, d = 2 or 3."""
         return self.linear.shape[-1]
 
     @property
     def degree(self) -> int:
+        """The degree of the spline in time."""
         return self.basis.degree
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time."""
         return self.basis.domain
 
     @property

@@ -72,10 +72,12 @@ class RetimedMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in, d = 2 or 3."""
         return dimension_of(self.motion)
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last of the new times."""
         return self.warp.domain
 
     @property
@@ -129,6 +131,7 @@ class SequentialMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in, d = 2 or 3."""
         return dimension_of(self.motions[0])
 
     @property
@@ -139,6 +142,7 @@ class SequentialMotion:
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First time of the first motion and last time of the last, one after the other."""
         return float(self.ends[0]), float(self.ends[-1])
 
     @property
@@ -194,10 +198,12 @@ class RelativeMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the bodies are in, d = 2 or 3."""
         return dimension_of(self.motion)
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last of the times that both motions have."""
         (a, b), (c, d) = self.motion.domain, self.reference.domain
         return max(a, c), min(b, d)
 
@@ -308,6 +314,7 @@ class PointPath:
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time, those of the motion."""
         return self.motion.domain
 
     @property

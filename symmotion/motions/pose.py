@@ -45,10 +45,12 @@ class PoseMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time."""
         return self.orientation.domain
 
     @property

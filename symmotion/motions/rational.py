@@ -121,6 +121,7 @@ class RationalMotion:
 
     @property
     def spherical(self) -> bool:
+        """Whether it only turns: there is no dual part."""
         return self.dual is None
 
     @property
@@ -139,10 +140,12 @@ class RationalMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time."""
         return self.basis.domain
 
     @property
@@ -217,10 +220,12 @@ class CurveMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time, the parameters of the ends of the curve."""
         return self.curve.domain
 
     @property

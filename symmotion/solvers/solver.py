@@ -41,7 +41,9 @@ class Solver(Judged, Protocol):
     """
 
     @property
-    def max_iterations(self) -> int: ...
+    def max_iterations(self) -> int:
+        """After how many iterations it gives up."""
+        ...
 
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """The solution, whether it is solved or not; start: as `start_vector` takes it.

@@ -47,10 +47,12 @@ class Spline:
 
     @property
     def degree(self) -> int:
+        """The degree of its polynomials."""
         return self.basis.degree
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last parameter."""
         return self.basis.domain
 
     @property
@@ -203,4 +205,6 @@ class SplineLike(Protocol):
     1
     """
 
-    def to_bspline(self) -> Spline: ...
+    def to_bspline(self) -> Spline:
+        """The same curve as a spline."""
+        ...

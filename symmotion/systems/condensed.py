@@ -144,6 +144,7 @@ class Condensed:
         return self.expand(solution)
 
     def on_diagonal(self, values: np.ndarray) -> np.ndarray:
+        """(size,) of values (unknowns,) those of the free controls, as the reduced diagonal has them."""
         return values.reshape(-1, self.channels)[self.free].ravel()
 
     def whole_basis(self) -> sparse.csr_array:

@@ -308,6 +308,7 @@ class Saddle:
         return solution
 
     def on_diagonal(self, values: np.ndarray) -> np.ndarray:
+        """Of values (unknowns,), those where the Hessian's diagonal lies in the flat array."""
         return values[self._triangle.rows[self.diagonal]]
 
     def curvature(self, flat: np.ndarray) -> Curvature:

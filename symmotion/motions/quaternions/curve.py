@@ -186,14 +186,17 @@ class QuaternionMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def degree(self) -> int:
+        """The degree of the spline of quaternions that is normalised."""
         return self.basis.degree
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time."""
         return self.basis.domain
 
     @property
