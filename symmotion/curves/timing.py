@@ -217,7 +217,7 @@ class Retimed:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders between which the curve is smooth."""
+        """(K,) the borders between which the curve is smooth."""
         inner = self.curve.breakpoints[1:-1]
         if isinstance(self.warp, ArcParameter):
             return self.warp.breakpoints if self.warp.curve == self.curve else self.warp.preimages(inner)

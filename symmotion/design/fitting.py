@@ -154,7 +154,7 @@ class FitDesign:
 
     @cached_property
     def followed(self) -> np.ndarray:
-        """Numbers of the samples in the data term: those with a weight that are not exact."""
+        """(N,) numbers of the samples in the data term: those with a weight that are not exact."""
         return np.setdiff1d(np.flatnonzero(self.weights), self.exact)
 
     @cached_property

@@ -164,7 +164,7 @@ class PoseDesign:
 
     @cached_property
     def placed(self) -> np.ndarray:
-        """The keyframes whose place is a condition."""
+        """(N,) the keyframes whose place is a condition."""
         return self.turning.not_freed(self.setting, 1)
 
     def _places(self) -> list[Constraint]:

@@ -91,13 +91,13 @@ class Jet:
 
     @property
     def gram_rate(self) -> ca.SX:
-        """Ġ = ȦᵀA + AᵀȦ."""
+        """(d, d) Ġ = ȦᵀA + AᵀȦ."""
         product = self.A.T @ self.dA
         return product + product.T
 
     @property
     def gram_acceleration(self) -> ca.SX:
-        """G̈ = ÄᵀA + 2ȦᵀȦ + AᵀÄ."""
+        """(d, d) G̈ = ÄᵀA + 2ȦᵀȦ + AᵀÄ."""
         product = self.A.T @ self.ddA
         return product + product.T + 2 * self.dA.T @ self.dA
 
@@ -112,12 +112,12 @@ class Jet:
 
     @property
     def world_rate(self) -> ca.SX:
-        """The spin of ȦA⁻¹: the angular rate about the fixed axes where A is rigid."""
+        """The spin of ȦA⁻¹, (3, 1) or a number: the angular rate about the fixed axes where A is rigid."""
         return _axial(self.dA @ self._inverse)
 
     @property
     def acceleration(self) -> ca.SX:
-        """The derivative of `rate`: the spin of A⁻¹Ä − (A⁻¹Ȧ)²."""
+        """The derivative of `rate`, (3, 1) or a number: the spin of A⁻¹Ä − (A⁻¹Ȧ)²."""
         turning = self._inverse @ self.dA
         return _axial(self._inverse @ self.ddA - turning @ turning)
 
@@ -127,15 +127,15 @@ class Jet:
         return moments @ self.acceleration + ca.cross(self.rate, moments @ self.rate)
 
     def place(self, point: ArrayLike) -> ca.SX:
-        """v + A p."""
+        """(d, 1) v + A p."""
         return self.v + self.A @ body_point(point, self.dimension)
 
     def velocity(self, point: ArrayLike) -> ca.SX:
-        """v̇ + Ȧ p."""
+        """(d, 1) v̇ + Ȧ p."""
         return self.dv + self.dA @ body_point(point, self.dimension)
 
     def acceleration_of(self, point: ArrayLike) -> ca.SX:
-        """v̈ + Ä p."""
+        """(d, 1) v̈ + Ä p."""
         return self.ddv + self.ddA @ body_point(point, self.dimension)
 
     def bending(self, points: np.ndarray, masses: np.ndarray) -> ca.SX:

@@ -83,12 +83,12 @@ class RigidJet:
 
     @property
     def dA(self) -> ca.SX:
-        """Ṙ = R [Ω]."""
+        """(3, 3) Ṙ = R [Ω]."""
         return self.A @ ca.skew(self.rate)
 
     @property
     def ddA(self) -> ca.SX:
-        """R̈ = R ([Ω]² + [Ω̇])."""
+        """(3, 3) R̈ = R ([Ω]² + [Ω̇])."""
         return self.A @ self._bend
 
     @property
@@ -118,7 +118,7 @@ class RigidJet:
 
     @property
     def world_rate(self) -> ca.SX:
-        """R Ω, about the fixed axes."""
+        """(3, 1) R Ω, about the fixed axes."""
         return rotation.rotate(self.quaternion, self.rate)
 
     def torque(self, inertia: ArrayLike) -> ca.SX:
@@ -136,15 +136,15 @@ class RigidJet:
         return turned + self.translation[order] if self.path else turned
 
     def place(self, point: ArrayLike) -> ca.SX:
-        """v + R p."""
+        """(3, 1) v + R p."""
         return self._moved(0, ca.SX(body_point(point, 3)))
 
     def velocity(self, point: ArrayLike) -> ca.SX:
-        """v̇ + R (Ω × p)."""
+        """(3, 1) v̇ + R (Ω × p)."""
         return self._moved(1, ca.cross(self.rate, ca.SX(body_point(point, 3))))
 
     def acceleration_of(self, point: ArrayLike) -> ca.SX:
-        """v̈ + R (Ω × (Ω × p) + Ω̇ × p)."""
+        """(3, 1) v̈ + R (Ω × (Ω × p) + Ω̇ × p)."""
         return self._moved(2, self._bend @ ca.SX(body_point(point, 3)))
 
     def bending(self, points: np.ndarray, masses: np.ndarray) -> ca.SX:

@@ -81,7 +81,7 @@ class AffineMotion:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the polynomial pieces, ends of the domain included."""
+        """(K,) the borders of the polynomial pieces, ends of the domain included."""
         return self.basis.breakpoints
 
     def __repr__(self) -> str:

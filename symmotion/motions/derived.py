@@ -82,7 +82,7 @@ class RetimedMotion:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The times between which it is smooth."""
+        """(K,) the times between which it is smooth."""
         inner = marks_of(self.motion)[1:-1]
         if isinstance(self.warp, ArcParameter):
             return distinct(np.concatenate([self.warp.breakpoints, self.warp.preimages(inner)]), self.domain)
@@ -147,7 +147,7 @@ class SequentialMotion:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The times between which it is smooth."""
+        """(K,) the times between which it is smooth."""
         marks = [marks_of(m) - m.domain[0] + end for m, end in zip(self.motions, self.ends, strict=False)]
         return distinct(np.concatenate([self.ends, *marks]), self.ends)
 
@@ -209,7 +209,7 @@ class RelativeMotion:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The times between which it is smooth."""
+        """(K,) the times between which it is smooth."""
         both = np.concatenate([marks_of(self.motion), marks_of(self.reference)])
         a, b = self.domain
         return distinct(np.concatenate([[a, b], both[(both > a) & (both < b)]]), self.domain)
@@ -319,7 +319,7 @@ class PointPath:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The times between which it is smooth."""
+        """(K,) the times between which it is smooth."""
         return marks_of(self.motion)
 
     def __call__(self, t: ArrayLike, nu: int = 0, extrapolate: bool = False) -> np.ndarray:

@@ -55,7 +55,7 @@ class PoseMotion:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the pieces of orientation and translation, ends of the domain included."""
+        """(K,) the borders of the pieces of orientation and translation, ends of the domain included."""
         turning = self.orientation.breakpoints
         return distinct([*turning, *self.translation.breakpoints], turning)
 

@@ -150,7 +150,7 @@ class RationalMotion:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the spans, ends of the domain included."""
+        """(K,) the borders of the spans, ends of the domain included."""
         return self.basis.breakpoints
 
     @cached_property
@@ -230,7 +230,7 @@ class CurveMotion:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the curve's pieces, and when it crosses a knot line of the two-parameter motion."""
+        """(K,) the borders of the curve's pieces, and when it crosses a knot line of the two-parameter motion."""
         times = [self.curve.breakpoints]
         for k, basis in enumerate(self.surface.bases):
             coordinate = Spline(self.curve.basis, self.curve.control_points[:, k])

@@ -372,7 +372,7 @@ class Program(Generic[DesignT]):
         return self.pack(values)
 
     def pack(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Named arrays as one vector x."""
+        """(unknowns,) named arrays as one vector x."""
         return np.concatenate([np.asarray(values[name], dtype=float).ravel() for name in self.start])
 
     def unpack(self, x: np.ndarray) -> dict[str, np.ndarray]:

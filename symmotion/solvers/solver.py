@@ -29,7 +29,9 @@ class Judged(Protocol):
     """Whose answers are judged to a tolerance, see `Certificate.holds`; its repr is the provenance of what it finds."""
 
     @property
-    def tolerance(self) -> float: ...
+    def tolerance(self) -> float:
+        """What the certificate's numbers are held to, relative to the program's units."""
+        ...
 
 
 class Solver(Judged, Protocol):

@@ -57,7 +57,7 @@ class Spline:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the polynomial pieces, ends of the domain included."""
+        """(K,) the borders of the polynomial pieces, ends of the domain included."""
         return self.basis.breakpoints
 
     def to_bspline(self) -> "Spline":

@@ -72,7 +72,7 @@ class SegmentCurve:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The ends of the segments."""
+        """(M,) the ends of the segments."""
         return self.times
 
     @property

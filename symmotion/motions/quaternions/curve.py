@@ -201,7 +201,7 @@ class QuaternionMotion:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the spans, ends of the domain included."""
+        """(K,) the borders of the spans, ends of the domain included."""
         return self.basis.breakpoints
 
     @cached_property
@@ -215,7 +215,7 @@ class QuaternionMotion:
 
     @property
     def turns(self) -> np.ndarray:
-        """Whole physical turns in each increment beyond the short way."""
+        """(n − 1,) whole physical turns in each increment beyond the short way."""
         return np.round(np.linalg.norm(self.increments, axis=1) / np.pi).astype(int)
 
     def __repr__(self) -> str:
