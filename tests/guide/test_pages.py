@@ -127,6 +127,12 @@ def test_formulas_are_set_as_tex_sets_them(formula, set_as):
     assert set_as in re.sub(r">\s+<", "><", found)
 
 
+def test_the_anchor_of_a_group_comes_once():
+    # Furo wraps a table and gives both its anchor.
+    found = [text.split(".. py:module:: ")[1].split("\n", 1)[1] for text in map(reference._group, ["jets", "curves"])]
+    assert not any(after.lstrip().startswith("..") for after in found)
+
+
 @pytest.mark.parametrize("name", [name for name in PAGES if name.startswith("explanation/")])
 def test_in_explanations_every_displayed_formula_stands_beside_its_line(name):
     assert "$$" not in source(name)
