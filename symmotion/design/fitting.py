@@ -69,7 +69,8 @@ def fit_program(
 
     keys: the samples, `Keyframes`. They may crowd, but for exact ones: no motion passes through them. `program.notes`
     names those of opposite orientations.
-    controls: how many, their knots at equal numbers of samples; or `knots`, the inner knots.
+    controls: how many, their knots at equal numbers of samples, from three in four of these on at samples; or `knots`,
+    the inner knots.
     objective: an energy or a weighted sum of energies that smooths; nothing when left out.
     constraints: conditions on the jet (`Jet`), as in `affine_program`. ends: what holds at the ends: "natural"
     (nothing), "clamped" with `end_rates` (linear (2, d, d), translation (2, d)), or "periodic", the closed motion.

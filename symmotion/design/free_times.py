@@ -12,7 +12,7 @@ from scipy import sparse
 from symmotion import checks
 from symmotion.brief import in_a_line
 from symmotion.constraints import EndRates, MotionConstraint, Setting
-from symmotion.design.affine import RIGIDITY, refined_times, represent
+from symmotion.design.affine import RIGIDITY, represent
 from symmotion.design.moving_space import MovingSpace, local_derivative, local_symbols
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
@@ -30,6 +30,7 @@ from symmotion.design.question import (
     require_start,
     require_volume,
 )
+from symmotion.design.spans import refined_times
 from symmotion.design.terms import as_objective, closed_expression, expression_of, kernel_of, nodes_for, parts_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError

@@ -24,7 +24,7 @@ from symmotion.errors import InputError
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Keyframes, PoseMotion
 from symmotion.motions.crowding import require_apart
-from symmotion.motions.quaternions import OrientationKeys
+from symmotion.motions.quaternions import OrientationKeys, QuaternionMotion
 from symmotion.motions.quaternions.algebra import Signs
 from symmotion.program import Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
@@ -191,7 +191,7 @@ class PoseDesign:
         basis = self.turning.space.basis
         if not motion.translation.basis.same_knots(basis):
             raise InputError("a start for a pose program has the knots of the program")
-        turning = self.turning.unknowns(motion.orientation)[UNKNOWN]
+        turning = self.turning.unknowns(require_start(motion.orientation, QuaternionMotion, 3))[UNKNOWN]
         return {UNKNOWN: np.concatenate([turning, motion.translation.control_points - self.shift], axis=1)}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:

@@ -6,7 +6,9 @@ from numpy.typing import ArrayLike
 from symmotion.errors import InputError
 from symmotion.motions.motion import matrix, trajectory
 from symmotion.motions.position import Affine
-from symmotion.motions.quaternions.curve import QuaternionMotion, turned
+from symmotion.motions.quaternions.curve import QuaternionMotion
+from symmotion.motions.quaternions.products import ProductMotion
+from symmotion.motions.quaternions.turning import turned
 from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import Spline
@@ -18,7 +20,8 @@ from symmotion.values import value
 class PoseMotion:
     """The rigid motion x ↦ v(t) + q(t) x q(t)⁻¹.
 
-    orientation: a quaternion curve; translation: a spline with control points (n, 3) over the same domain.
+    orientation: a quaternion curve, for programs and fairing one over B-splines.
+    translation: a spline with control points (n, 3) over the same domain.
 
     Raises InputError where the parts have other domains, and for times outside.
 
@@ -29,7 +32,7 @@ class PoseMotion:
     (3,)
     """
 
-    orientation: QuaternionMotion
+    orientation: QuaternionMotion | ProductMotion
     translation: Spline
 
     def __post_init__(self):
