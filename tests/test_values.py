@@ -44,6 +44,8 @@ MADE: dict[str, Any] = {
     "StrainRate": lambda v, m, p: sm.StrainRate(),
     "StrainAcceleration": lambda v, m, p: sm.StrainAcceleration(),
     "Bending": lambda v, m, p: sm.energies.Bending(),
+    "Roughness": lambda v, m, p: sm.energies.Roughness(1.0, 0.5),
+    "SideSlip": lambda v, m, p: sm.energies.SideSlip(v, m[0]),
     "JetEnergy": lambda v, m, p: sm.JetEnergy(abs),
     "EnergySum": lambda v, m, p: sm.TrajectoryEnergy(m, v) + 2 * Drift(v),
     "JetConstraint": lambda v, m, p: sm.JetConstraint(

@@ -28,6 +28,7 @@ from symmotion.motions.quaternions.turning import (
     Frame,
     QuaternionJet,
     acceleration,
+    asked,
     checked_frame,
     derivative,
     jerk,
@@ -252,11 +253,7 @@ class QuaternionMotion:
 
         InputError outside the domain.
         """
-        if order not in (0, 1, 2, 3):
-            raise InputError(f"order {order!r}: 0 to 3 is needed")
-        t, world = numbers(t, "times"), checked_frame(frame) == "world"
-        if not np.isfinite(t).all():
-            raise InputError("times must be finite")
+        t, world = asked(t, order, frame)
         q, rates = evaluate(partial(bspline_factors, self.basis, self.table), t.ravel(), order, world)
         return QuaternionJet(q.reshape(*t.shape, 4), *(r.reshape(*t.shape, 3) for r in rates))
 

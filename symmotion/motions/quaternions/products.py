@@ -23,6 +23,7 @@ from symmotion.motions.quaternions.turning import (
     Frame,
     QuaternionJet,
     acceleration,
+    asked,
     checked_frame,
     derivative,
     jerk,
@@ -156,11 +157,7 @@ class ProductMotion:
 
         InputError outside the domain.
         """
-        if order not in (0, 1, 2, 3):
-            raise InputError(f"order {order!r}: 0 to 3 is needed")
-        t, world = numbers(t, "times"), checked_frame(frame) == "world"
-        if not np.isfinite(t).all():
-            raise InputError("times must be finite")
+        t, world = asked(t, order, frame)
         # Increments of the world are those of the inverse turn, which has them in its body: its rates are turned round.
         mirrored = self.frame == "world"
         q, rates = evaluate(partial(_factors, self.functions, self._table), t.ravel(), order, world != mirrored)

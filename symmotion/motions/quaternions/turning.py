@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.checks import choice
+from symmotion.checks import choice, numbers
+from symmotion.errors import InputError
 from symmotion.motions.motion import as_points
 from symmotion.motions.position import Affine, homogeneous
 from symmotion.motions.quaternions.algebra import product, rotate, skew, to_rotation
@@ -101,6 +102,16 @@ def turning(curve: Turning, t: ArrayLike, nu: int) -> Affine:
     """The nu-th derivative of the positions of a body that turns about the origin."""
     linear = turned(curve.jet(t, nu))
     return Affine(linear, np.zeros(linear.shape[:-1]))
+
+
+def asked(t: ArrayLike, order: int, frame: Frame) -> tuple[np.ndarray, bool]:
+    """The times of a jet, and whether its rates are the world's; InputError for what cannot be asked."""
+    if order not in (0, 1, 2, 3):
+        raise InputError(f"order {order!r}: 0 to 3 is needed")
+    t, world = numbers(t, "times"), checked_frame(frame) == "world"
+    if not np.isfinite(t).all():
+        raise InputError("times must be finite")
+    return t, world
 
 
 def checked_frame(frame: Frame) -> Frame:
