@@ -40,10 +40,12 @@ class KnotSearch:
 
     @property
     def solution(self) -> Solution:
+        """The solution on the last knots."""
         return self.stages[-1]
 
     @property
     def motion(self) -> AffineMotion:
+        """The motion on the last knots."""
         return self.solution.motion
 
     @property

@@ -166,13 +166,16 @@ class AffineDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: keyframes that crowd, orientations (signs of det A) that are opposite."""
         return keyframe_notes(self.keyframes.times, self.keyframes.linear)
 
     def told(self, motion: AffineMotion) -> tuple[str, ...]:
+        """What is said of a motion found: that it squeezes the body between rigid keyframes, where it does."""
         return motion_notes(self.keyframes, motion)
 
     @property
     def basis(self) -> BSplineBasis:
+        """The B-spline basis of the unknown motion, over the times of the keyframes."""
         return self.start.basis
 
     @cached_property
@@ -184,10 +187,12 @@ class AffineDesign:
 
     @cached_property
     def space(self) -> LinearSpace:
+        """The linear map from controls (n, channels) to the jet of the motion at a time."""
         return affine_space(self.basis, self.keyframes.dimension, self.channels, self.origin)
 
     @property
     def setting(self) -> Setting:
+        """What constraints may know of this program: its keyframes, and whether the translation is unknown."""
         keys, d = self.keyframes, self.keyframes.dimension
         return Setting((self.space,), keys.times, keys.linear, keys.translation, moves=self.channels > d * d)
 

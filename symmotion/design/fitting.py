@@ -150,15 +150,17 @@ class FitDesign:
 
     @property
     def basis(self) -> BSplineBasis:
+        """The B-spline basis of the unknown motion, over the times of the samples."""
         return self.start.basis
 
     @cached_property
     def followed(self) -> np.ndarray:
-        """Numbers of the samples in the data term: those with a weight that are not exact."""
+        """(N,) numbers of the samples in the data term: those with a weight that are not exact."""
         return np.setdiff1d(np.flatnonzero(self.weights), self.exact)
 
     @cached_property
     def space(self) -> LinearSpace:
+        """The linear map from controls (n, d² + d) to the jet of the motion at a time."""
         d = self.samples.dimension
         return affine_space(self.basis, d, d * d + d, self.shift)
 
@@ -169,12 +171,14 @@ class FitDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: of the samples, and that orientations (signs of det A) are opposite."""
         # Samples may crowd: they are not met.
         note = opposite_note(self.samples.linear[np.union1d(self.followed, self.exact)])
         return self.said if note is None else (*self.said, note)
 
     @property
     def setting(self) -> Setting:
+        """What constraints may know of this program: its samples, which are followed and not met."""
         samples = self.samples
         return Setting((self.space,), samples.times, samples.linear, samples.translation, held=False)
 

@@ -161,10 +161,12 @@ class OrientationDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: keyframes that crowd."""
         return keyframe_notes(self.keys.times)
 
     @cached_property
     def setting(self) -> Setting:
+        """What constraints may know of this program: its keyframes as rotations and quaternions."""
         keys = self.keys
         linear = to_rotation(keys.quaternions).as_matrix()
         moves = self.space.pose
@@ -189,11 +191,11 @@ class OrientationDesign:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """The keyframes whose turn is a condition: not those with a tolerance, nor the last of a closed motion."""
+        """(N,) the keyframes whose turn is a condition: not those with a tolerance, nor the last of a closed motion."""
         return self.not_freed(self.setting, 0)
 
     def not_freed(self, setting: Setting, part: int) -> np.ndarray:
-        """The keyframes whose turn (part 0) or place (1) no constraint frees; of a closed motion not the last."""
+        """(N,) the keyframes whose turn (part 0) or place (1) no constraint frees; of a closed motion not the last."""
         freed = set[int]().union(*(c.freed(setting)[part] for c in self.constraints))
         return np.array(sorted(set(range(len(self.keys) - (self.ends == "periodic"))) - freed), dtype=int)
 

@@ -138,10 +138,12 @@ class PoseDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: keyframes that crowd."""
         return self.turning.notes
 
     @cached_property
     def setting(self) -> Setting:
+        """What constraints may know of this program: its keyframes, rotations and translations."""
         return replace(self.turning.setting, translation=self.translation)
 
     def program(self) -> "Program[PoseDesign]":
@@ -162,7 +164,7 @@ class PoseDesign:
 
     @cached_property
     def placed(self) -> np.ndarray:
-        """The keyframes whose place is a condition."""
+        """(N,) the keyframes whose place is a condition."""
         return self.turning.not_freed(self.setting, 1)
 
     def _places(self) -> list[Constraint]:

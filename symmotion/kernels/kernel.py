@@ -43,6 +43,7 @@ class Kernel:
 
     @property
     def rows(self) -> int:
+        """How many combinations of controls it reads at a node."""
         return self.z.numel() // self.channels
 
     @cached_property

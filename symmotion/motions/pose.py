@@ -48,15 +48,17 @@ class PoseMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time."""
         return self.orientation.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the pieces of orientation and translation, ends of the domain included."""
+        """(K,) the borders of the pieces of orientation and translation, ends of the domain included."""
         turning = self.orientation.breakpoints
         return distinct([*turning, *self.translation.breakpoints], turning)
 

@@ -47,6 +47,7 @@ class SweepSurface:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the surface is in."""
         return self.control_points.shape[2]
 
     @property

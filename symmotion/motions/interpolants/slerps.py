@@ -68,15 +68,17 @@ class SegmentCurve:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The ends of the segments."""
+        """(M,) the ends of the segments."""
         return self.times
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time, those of the keyframes."""
         return float(self.times[0]), float(self.times[-1])
 
     def _place(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

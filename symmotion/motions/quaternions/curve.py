@@ -200,19 +200,22 @@ class QuaternionMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def degree(self) -> int:
+        """The degree of the spline of quaternions that is normalised."""
         return self.basis.degree
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time."""
         return self.basis.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the spans, ends of the domain included."""
+        """(K,) the borders of the spans, ends of the domain included."""
         return self.basis.breakpoints
 
     @cached_property
@@ -226,7 +229,7 @@ class QuaternionMotion:
 
     @property
     def turns(self) -> np.ndarray:
-        """Whole physical turns in each increment beyond the short way."""
+        """(n − 1,) whole physical turns in each increment beyond the short way."""
         return np.round(np.linalg.norm(self.increments, axis=1) / np.pi).astype(int)
 
     def __repr__(self) -> str:
