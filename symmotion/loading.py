@@ -22,16 +22,17 @@ from symmotion.motions import (
     TwoParameterMotion,
 )
 from symmotion.motions.interpolants.blends import Exponential, Interpolant, PlanarTurns, Polar, SpatialTurns, Steady
-from symmotion.motions.interpolants.slerps import SegmentCurve, SlerpBezier, Slerps, Squads
-from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.motions.interpolants.slerps import SegmentCurve, SlerpPyramid, Slerps, Squads
+from symmotion.motions.quaternions import ProductMotion, QuaternionMotion
 from symmotion.opening import readable_bytes
 from symmotion.saving import MARK, TOLD
-from symmotion.splines import BSplineBasis, Spline
+from symmotion.splines import BSplineBasis, CumulativeBasis, Spline
 
 SavedMotion: TypeAlias = (
     AffineMotion
     | PoseMotion
     | QuaternionMotion
+    | ProductMotion
     | RationalMotion
     | CurveMotion
     | Interpolant
@@ -57,7 +58,7 @@ CLASSES: dict[type, dict[str, tuple[type, ...]]] = {
     Keyframes: {"times": (np.ndarray,), "linear": (np.ndarray,), "translation": (np.ndarray,)},
     AffineMotion: {"basis": (BSplineBasis,), "linear": (np.ndarray,), "translation": (np.ndarray,)},
     QuaternionMotion: {"basis": (BSplineBasis,), "control_points": (np.ndarray,), "increments": (np.ndarray,)},
-    PoseMotion: {"orientation": (QuaternionMotion,), "translation": (Spline,)},
+    PoseMotion: {"orientation": (QuaternionMotion, ProductMotion), "translation": (Spline,)},
     RationalMotion: {"basis": (BSplineBasis,), "real": (np.ndarray,), "dual": (np.ndarray, NONE)},
     TwoParameterMotion: {
         "u": (BSplineBasis,),
@@ -82,9 +83,16 @@ CLASSES: dict[type, dict[str, tuple[type, ...]]] = {
         "highest": (int, NONE),
     },
     Slerps: {"quaternions": (np.ndarray,)},
-    Squads: {"outer": (Slerps,), "inner": (Slerps,)},
-    SlerpBezier: {"controls": (np.ndarray,)},
-    SegmentCurve: {"times": (np.ndarray,), "segment": (Slerps, Squads, SlerpBezier)},
+    SlerpPyramid: {"controls": (np.ndarray,), "intervals": (np.ndarray,)},
+    Squads: {"outer": (Slerps,), "inner": (SlerpPyramid,)},
+    SegmentCurve: {"times": (np.ndarray,), "segment": (Slerps, Squads, SlerpPyramid)},
+    CumulativeBasis: {"basis": (BSplineBasis,), "first": (np.ndarray,), "weights": (np.ndarray,)},
+    ProductMotion: {
+        "functions": (CumulativeBasis,),
+        "start": (np.ndarray,),
+        "increments": (np.ndarray,),
+        "frame": (str,),
+    },
 }
 # Fields that files of version 0.1.0 lack.
 LATER: dict[type, dict[str, object]] = {BSplineBasis: {"origin": 0.0}}

@@ -17,9 +17,7 @@ if TYPE_CHECKING:
     from symmotion.fairing import FairingResult
     from symmotion.files.formats import FilePath
     from symmotion.motions import Keyframes, RigidSamples, TwoParameterMotion
-    from symmotion.motions.interpolants import SegmentCurve
     from symmotion.motions.motion import Moving
-    from symmotion.motions.quaternions import QuaternionMotion
     from symmotion.solvers import Comparison, Solution
     from symmotion.views.solutions import Drawn
 
@@ -59,9 +57,7 @@ def plot_keyframes(
     return plot_keyframes(self, axes, body=body, colour=colour, label=label, up=up)
 
 
-def plot_rates(
-    self: "QuaternionMotion | SegmentCurve", axes: "Axes | None" = None, *, kind: Literal["rate", "sphere"] = "rate"
-) -> "Axes":
+def plot_rates(self: "Oriented", axes: "Axes | None" = None, *, kind: Literal["rate", "sphere"] = "rate") -> "Axes":
     """The body rate over time, or the moving unit vectors on the sphere; returns the axes."""
     from symmotion.views.motion_plots import plot_orientation
 

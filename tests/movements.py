@@ -32,6 +32,10 @@ MOTIONS = {
     "quaternion": TURNING,
     "quaternion, periodic": sm.quaternions.QuaternionMotion(CLOSED, QUATERNIONS[:4]),
     "quaternion, interpolated": sm.quaternions.interpolate_quaternions(RIGID),
+    "product of turns": sm.quaternions.ProductMotion.over(
+        sm.curves.catmull_rom(RIGID.times, np.eye(4)), RIGID.rotations()
+    ),
+    "product in the world": sm.quaternions.ProductMotion.over(BASIS, QUATERNIONS, [0, 1, 0, -1, 0], frame="world"),
     "pose": sm.motions.PoseMotion(
         TURNING, sm.splines.Spline(sm.splines.BSplineBasis.clamped([0.0, 1.1, 2.0], 3), RNG.normal(size=(5, 3)))
     ),
@@ -49,7 +53,14 @@ MOTIONS = {
     "squad": sm.interpolants.squad(RIGID.times, RIGID.rotations()),
     "Shoemake": sm.interpolants.shoemake_interpolant(RIGID.times, RIGID.rotations()),
     "Shoemake's Bézier": sm.interpolants.shoemake_bezier(QUATERNIONS[:4], [1.0, 3.0]),
+    "B-spline by slerps": sm.interpolants.slerp_bspline(BASIS, QUATERNIONS),
+    "Barry and Goldman": sm.interpolants.barry_goldman(RIGID),
+    "monotone": sm.interpolants.monotone_curve(RIGID, turns=[0, 1, 0]),
+    "rational spline": sm.interpolants.rational_spline(RIGID),
 }
+MOTIONS["pose, monotone"] = sm.motions.PoseMotion(
+    MOTIONS["monotone"], sm.curves.catmull_rom(RIGID.times, RIGID.translation)
+)
 MOTIONS |= {
     "at other times": sm.motions.RetimedMotion(
         MOTIONS["pose"], sm.curves.slow_in_out(domain=(1.0, 4.0), values=(0.1, 1.9))

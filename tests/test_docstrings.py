@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Iterator
 from enum import Enum
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from studies.guide.building.reference import Entry, entries
 from studies.guide.building.signatures import definition
 
 ENTRIES = [entry for entry in entries() if entry.kind != "data"]
+ARRAY = re.compile(r"(<class ')?(numpy\.ndarray|casadi\.casadi\.SX|scipy\.sparse\S*csr_array)('>)?( \| None)?$")
 GROUPS = sorted({entry.group for entry in ENTRIES})
 
 
@@ -42,6 +43,19 @@ def test_every_public_name_has_an_example(group):
 
 
 @pytest.mark.parametrize("group", GROUPS)
+def test_every_public_member_has_a_docstring(group):
+    # The reference leaves out those that have none.
+    assert [path for path, member in members_of(group) if not inspect.getdoc(member)] == []
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_members_that_are_arrays_tell_their_shape(group):
+    shape = re.compile(r"\((\w[^()]*,[^()]*|…|…,[^()]*)\)|in the shape of")
+    untold = [path for path, m in members_of(group) if ARRAY.match(returned(m)) and not shape.search(brief(m))]
+    assert untold == []
+
+
+@pytest.mark.parametrize("group", GROUPS)
 def test_who_refuses_input_says_so(group):
     silent = {
         entry.path: missing
@@ -61,6 +75,28 @@ def test_what_is_asked_with_is_told_by_name(group):
         and (missing := [name for name in parameters_of(entry) if not re.search(rf"\b{name}\b", text_of(entry))])
     }
     assert untold == {}
+
+
+def members_of(group: str) -> Iterator[tuple[str, object]]:
+    """The methods and properties of the group's classes, inherited ones too; fields are told of by their class."""
+    for entry in ENTRIES:
+        if entry.group == group and inspect.isclass(entry.thing):
+            fields = {name for kind in entry.thing.__mro__ for name in inspect.get_annotations(kind)}
+            for name, member in inspect.getmembers_static(entry.thing):
+                found = inspect.isroutine(member) or isinstance(member, property | cached_property)
+                if found and not name.startswith("_") and name not in fields:
+                    # A method by its class, which finds what it inherits of its docstring.
+                    yield f"{entry.path}.{name}", getattr(entry.thing, name)
+
+
+def returned(member: object) -> str:
+    """What the source says that a member returns."""
+    made = getattr(member, "fget", None) or getattr(member, "func", None) or member
+    return str(getattr(inspect.unwrap(made), "__annotations__", {}).get("return", ""))  # pyright: ignore[reportArgumentType]
+
+
+def brief(member: object) -> str:
+    return (inspect.getdoc(member) or "").split("\n\n")[0]
 
 
 def parameters_of(entry: Entry) -> list[str]:

@@ -44,6 +44,8 @@ MADE: dict[str, Any] = {
     "StrainRate": lambda v, m, p: sm.StrainRate(),
     "StrainAcceleration": lambda v, m, p: sm.StrainAcceleration(),
     "Bending": lambda v, m, p: sm.energies.Bending(),
+    "Roughness": lambda v, m, p: sm.energies.Roughness(1.0, 0.5),
+    "SideSlip": lambda v, m, p: sm.energies.SideSlip(v, m[0]),
     "JetEnergy": lambda v, m, p: sm.JetEnergy(abs),
     "EnergySum": lambda v, m, p: sm.TrajectoryEnergy(m, v) + 2 * Drift(v),
     "JetConstraint": lambda v, m, p: sm.JetConstraint(
@@ -158,6 +160,16 @@ GIVEN: dict[str, tuple[list[np.ndarray], Any]] = {
         lambda t, q: sm.quaternions.OrientationKeys.of(t, q, None, "align"),
     ),
     "QuaternionMotion": ([], None),
+    "CumulativeBasis": (
+        [np.array([0.0, 1.0]), np.ones((2, 1))],
+        lambda f, w: sm.splines.CumulativeBasis(sm.splines.BSplineBasis.clamped([0.0, 1, 2], 1), f, w),
+    ),
+    "ProductMotion": (
+        [Q[0].copy(), np.ones((1, 3))],
+        lambda q, w: sm.quaternions.ProductMotion(
+            sm.splines.CumulativeBasis.of(sm.splines.BSplineBasis.clamped([0.0, 1], 1)), q, w
+        ),
+    ),
     "RationalMotion": ([], None),
     "TwoParameterMotion": ([], None),
     "RationalQuadratic": ([np.array([[0.0, 0], [1, 1], [2, 0]])], lambda c: sm.curves.RationalQuadratic(c, 0.5)),

@@ -9,11 +9,20 @@ import numpy as np
 import symmotion as sm
 from studies.shares import spread
 from symmotion.bodies import eight_ellipses, wedge
-from symmotion.motions import Motion, orthonormalise
-from symmotion.motions.interpolants import component_cubic, log_blend, polar_blend, steady_morph
+from symmotion.motions import Motion, PoseMotion, orthonormalise
+from symmotion.motions.interpolants import component_cubic, log_blend, polar_blend, rational_spline, steady_morph
+from symmotion.motions.quaternions import interpolate_quaternions
 from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
+from symmotion.splines import cubic_interpolant
 from symmotion.views import draw_body, draw_ellipsoid, draw_path, new_figure
 
+# Rigid all the way, with as many controls as the component-wise cubic: two more than keyframes, in every number.
+RIGID: dict[str, Callable[[sm.Keyframes], Motion]] = {
+    "rational, dual quaternions": rational_spline,
+    "quaternions, cumulative": lambda keys: PoseMotion(
+        interpolate_quaternions(keys), cubic_interpolant(keys.times, keys.translation)
+    ),
+}
 BASELINES: dict[str, Callable[[sm.Keyframes], Motion]] = {
     "component-wise cubic": component_cubic,
     "polar, slerp": partial(polar_blend, rotation="slerp"),
@@ -21,6 +30,7 @@ BASELINES: dict[str, Callable[[sm.Keyframes], Motion]] = {
     "logarithm, linear": log_blend,
     "logarithm, cubic": partial(log_blend, degree=3),
     "steady morph": steady_morph,
+    **RIGID,
 }
 SOLVERS = {
     "elimination": sm.Elimination(),
@@ -120,9 +130,10 @@ def _objectives(keys: sm.Keyframes) -> dict[str, sm.energies.Energy]:
 
 def _row(name: str, label: str, outcome: str, motion: Motion, keys: sm.Keyframes) -> Row:
     def value(energy: sm.energies.Energy) -> float:
-        if isinstance(motion, sm.AffineMotion):
-            return sm.measure(motion, energy)
-        return sm.measure(motion, energy, times=keys.times)
+        if isinstance(motion, PoseMotion):
+            # G is the unit matrix, by construction.
+            return 0.0 if isinstance(energy, sm.Rigidity) else sm.measure(motion, energy)
+        return sm.measure(motion, energy, times=None if isinstance(motion, sm.AffineMotion) else keys.times)
 
     points = _points(keys)
     far = None
@@ -230,7 +241,13 @@ def _conclusion(rows: list[Row]) -> str:
             f"{name}: R is {cubic.rigidity:.4g} for the component-wise cubic and {best.rigidity:.4g} at the optimum; "
             f"the least of the interpolants is {least.rigidity:.3g} ({least.motion})"
         )
-    jumping = sorted({r.motion for r in rows if r.motion in BASELINES and (r.velocity_jump or 0.0) > 0})
+    jumping = "; ".join(sorted({r.motion for r in rows if r.motion in BASELINES and (r.velocity_jump or 0.0) > 0}))
+    rigid = {r.motion for r in rows if r.from_rigid is not None} - {
+        r.motion for r in rows if (r.from_rigid or 0.0) > 1e-9
+    }
+    # SciPy's rotation spline is C² to some 1e-6, where its iteration ends.
+    rough = {r.motion for r in rows if (r.acceleration_jump or 0.0) > 1e-4}
+    smooth = "; ".join(sorted(rigid - rough))
     optimised = [r for r in rows if r.motion.startswith("least")]
 
     def share(solver: str) -> str:
@@ -240,11 +257,32 @@ def _conclusion(rows: list[Row]) -> str:
     return (
         ". ".join(parts) + ".\n\n"
         "Interpolants made of exponentials keep rigid keyframes rigid exactly, which no spline can do (HJK 2.1); what "
-        f"they pay is smoothness or polynomial paths: the velocity jumps at keyframes in {', '.join(jumping)}. The "
-        "C² rotation spline is the one of them that is rigid and smooth. For keyframes that change shape, the optimum "
-        "is to be compared with it in R and E together.\n\n"
+        f"they pay is smoothness or polynomial paths: the velocity jumps at keyframes in: {jumping}. C² "
+        f"and rigid are: {smooth}. For keyframes that change shape, the optimum "
+        "is to be compared with the polar one in R and E together.\n\n"
+        f"{_equal_freedom(rows)}\n\n"
         f"Certified minima: elimination {share('elimination')}, staged {share('staged elimination')}, ExactNewton "
         f"{share('ExactNewton')}."
+    )
+
+
+def _equal_freedom(rows: list[Row]) -> str:
+    """Rigid motions beside the affine one with as many controls, over the sets of rigid keyframes."""
+    found: dict[str, dict[str, Row]] = {}
+    for r in rows:
+        if r.from_rigid is not None:
+            found.setdefault(r.keyframes, {})[r.motion] = r
+    sets = [s for s in found.values() if s.keys() >= {*RIGID, "component-wise cubic"}]
+    energies, off = {}, [s["component-wise cubic"].from_rigid or 0.0 for s in sets]
+    for name in RIGID:
+        pairs = [(s[name].energy, s["component-wise cubic"].energy) for s in sets]
+        energies[name] = spread(a / b for a, b in pairs if a and b)
+    rational, quaternions = energies.values()
+    return (
+        f"With two controls more than keyframes each, over {len(sets)} sets of rigid ones: E of the rational motion is "
+        f"{rational} times that of the component-wise cubic, E of the cumulative quaternion curve beside a cubic path "
+        f"{quaternions} times; both are rigid, where ‖A − polar(A)‖ of the cubic comes to {spread(off)}. The rational "
+        "one has rational paths of degree 6, the quaternion curve paths that are not rational (HJK 2.1)."
     )
 
 

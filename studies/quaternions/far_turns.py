@@ -4,7 +4,7 @@ import numpy as np
 
 import symmotion as sm
 from studies.shares import interval, share, spread
-from symmotion.motions.quaternions import QuaternionMotion, exp, interpolate_quaternions, product
+from symmotion.motions.quaternions import angles_travelled, exp, interpolate_quaternions, product
 from symmotion.report import Column, StudyOptions, Table
 
 RATIOS = (10.0, 100.0)
@@ -27,7 +27,7 @@ def far_turns(options: StudyOptions) -> tuple[Table, str]:
             except sm.SolveError:
                 continue
             found += 1
-            over.append(travelled(curve) / asked(q, turns))
+            over.append(angles_travelled(curve).sum() / asked(q, turns))
         rows.append((ratio, found, cases, *interval(found, cases), spread(over)))
         told = f"far turns at intervals uneven by {ratio:g} are interpolated in {share(found, cases)}"
     table = Table(
@@ -63,15 +63,6 @@ def far_keys(seed: int, ratio: float) -> tuple[np.ndarray, np.ndarray, str, np.n
     turns = r.integers(-1, 2, count - 1) if seed // 3 % 2 else None
     rates = r.normal(size=(2, 3)) * np.radians(90) / np.diff(times).mean() if ends == "clamped" else None
     return times, np.array(q), ends, rates, turns
-
-
-def travelled(curve: QuaternionMotion) -> float:
-    """The angle that a curve turns through, in rad."""
-    points, weights = np.polynomial.legendre.leggauss(64)
-    spans = curve.basis.breakpoints
-    half = np.diff(spans)[:, None] / 2
-    rates = np.linalg.norm(curve.rate(spans[:-1, None] + half * (1 + points)), axis=-1)
-    return float(np.sum(half * weights * rates))
 
 
 def asked(q: np.ndarray, turns: np.ndarray | None) -> float:

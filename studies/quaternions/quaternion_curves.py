@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from studies.quaternions.far_turns import far_turns, travelled
+from studies.quaternions.far_turns import far_turns
 from symmotion.bodies import wedge
-from symmotion.motions.quaternions import QuaternionMotion, exp
+from symmotion.motions.quaternions import QuaternionMotion, angles_travelled, exp
 from symmotion.report import Column, Figure, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.splines import BSplineBasis, cumulative
 from symmotion.views import (
@@ -34,7 +34,13 @@ def run(options: StudyOptions) -> StudyResult:
         ends = motion.jet([0.0, 1.0])
         error = np.abs(ends.rate - factor * RATE).max() + (1 - np.abs(np.sum(ends.quaternion * ENDS, axis=1))).max()
         rows.append(
-            (factor, turns, np.rad2deg(travelled(motion)), float(np.linalg.norm(jet.rate, axis=1).max()), float(error))
+            (
+                factor,
+                turns,
+                float(np.rad2deg(angles_travelled(motion).sum())),
+                float(np.linalg.norm(jet.rate, axis=1).max()),
+                float(error),
+            )
         )
     hermite = Table(
         "Hermite curves",

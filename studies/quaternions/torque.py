@@ -7,11 +7,12 @@ import numpy as np
 from scipy.spatial.transform import RotationSpline
 
 import symmotion as sm
+from studies.quaternions.constructions import chain
 from studies.quaternions.uneven_torque import uneven_torque
 from studies.shares import spread
 from symmotion.bodies import wedge
 from symmotion.motions.interpolants import shoemake_bezier, shoemake_interpolant, squad
-from symmotion.motions.quaternions import QuaternionMotion, exp, interpolate_quaternions, product, to_rotation
+from symmotion.motions.quaternions import QuaternionMotion, interpolate_quaternions, to_rotation
 from symmotion.report import Column, Figure, Player, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.views import COLOURS, new_figure
 
@@ -73,16 +74,6 @@ def run(options: StudyOptions) -> StudyResult:
     return StudyResult(tables, (figure,), runs, conclusion, players=(moving,), answer=answer)
 
 
-def _chain(count: int, degrees: float, seed: int) -> np.ndarray:
-    """(count, 4) orientations, each turned against the last by an angle about a random axis."""
-    rng = np.random.default_rng(seed)
-    q = [np.array([1.0, 0.0, 0.0, 0.0])]
-    for _ in range(count - 1):
-        axis = rng.normal(size=3)
-        q.append(product(q[-1], exp(np.deg2rad(degrees) / 2 * axis / np.linalg.norm(axis))))
-    return np.array(q)
-
-
 def energy(curve: Callable[[np.ndarray], Any], times: np.ndarray, nodes: int = 24) -> float:
     """∫ ‖Ω̇‖² dt by Gauss nodes between consecutive times; curve: from times to angular accelerations."""
     x, w = np.polynomial.legendre.leggauss(nodes)
@@ -97,7 +88,7 @@ def _bezier(seeds: range) -> Table:
     for degrees in ANGLES:
         ratios, torn = [], 0
         for seed in seeds:
-            q = _chain(4, degrees, seed)
+            q = chain(4, degrees, seed)
             ours, theirs = QuaternionMotion.bezier(q, signs="keep"), shoemake_bezier(q, signs="keep")
             # The shortest way between two intermediate curves that wind apart changes sides: the curve jumps.
             if np.linalg.norm(np.diff(theirs(dense), axis=0), axis=1).max() > 0.3:
@@ -132,7 +123,7 @@ def _interpolants(seeds: range) -> tuple[Table, list[Run], dict[int, list[list[f
     for degrees in (15, 45, 90, 130):
         ratios = found.setdefault(degrees, [])
         for seed in seeds:
-            q = _chain(8, degrees, seed)
+            q = chain(8, degrees, seed)
             spline = interpolate_quaternions(t, q)
             program = sm.orientation_program(t, q, refine=7)
             solution = sm.ExactNewton().solve(program)
@@ -161,7 +152,7 @@ def _interpolants(seeds: range) -> tuple[Table, list[Run], dict[int, list[list[f
 
 
 def _knots() -> tuple[Table, list[Run]]:
-    rows, runs, t, q = list[tuple[Any, ...]](), list[Run](), np.arange(8.0), _chain(8, 70, 3)
+    rows, runs, t, q = list[tuple[Any, ...]](), list[Run](), np.arange(8.0), chain(8, 70, 3)
     for name, inertia in (("unit", None), ("asymmetric", INERTIA)):
         spline = sm.measure(interpolate_quaternions(t, q), sm.Torque(inertia))
         for knots in KNOTS:
@@ -184,7 +175,7 @@ def _knots() -> tuple[Table, list[Run]]:
 
 
 def _bounded() -> tuple[str, Figure, Player, list[Run]]:
-    t, q = np.arange(8.0), _chain(8, 70, 3)
+    t, q = np.arange(8.0), chain(8, 70, 3)
     free = sm.ExactNewton().solve(sm.orientation_program(t, q, refine=3))
     x = np.linspace(0, 7, 1401)
     speeds = np.linalg.norm(free.motion.rate(x), axis=1)

@@ -10,6 +10,7 @@ from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResu
 from symmotion.views import COLOURS, new_figure
 
 QUICK, FULL = 6, 33  # planar problems
+HIGHER = tuple((degree, seed) for degree in (4, 5) for seed in range(4))  # degrees and seeds
 HIDDEN = 10  # the seed of one whose lowest minimum local searches miss
 MISSING = 'Clarabel, which solves the semidefinite programs, is not installed: pip install "symmotion[global]".'
 
@@ -39,6 +40,9 @@ def cases(full: bool) -> dict[str, sm.program.Program]:
     for seed in range(HIDDEN, HIDDEN + (FULL if full else QUICK)):
         keys = drawn(seed)
         found[f"{len(keys)} keyframes, seed {seed}"] = sm.affine_program(keys, refine=0)
+    for degree, seed in HIGHER if full else HIGHER[:1]:
+        keys = drawn(seed)
+        found[f"{len(keys)} keyframes, degree {degree}, seed {seed}"] = sm.affine_program(keys, degree=degree, refine=0)
     if full:
         found["8 keyframes, degree 2, by cliques"] = sm.affine_program(
             turned(np.cumsum([0, 100, 130, -90, 140, 70, -110, 160])), degree=2, refine=1

@@ -1,18 +1,20 @@
 """Where to insert knots, driven by the integrand (HJK 4.2 leave it open), and auxiliary keyframes (HJK 4.1)."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
+from symmotion.checks import choice
 from symmotion.design.affine import affine_program
 from symmotion.design.measure import span_values
 from symmotion.energies import Energy
 from symmotion.errors import InputError
-from symmotion.motions import AffineMotion, Keyframes
+from symmotion.motions import Affine, AffineMotion, Keyframes
+from symmotion.motions.interpolants import component_cubic, rational_spline
 from symmotion.motions.rigid import polar_factors
 from symmotion.program import Evaluator
 from symmotion.solvers import ExactNewton, Solution, Solver
-from symmotion.splines import cubic_interpolant
 
 SHORTEST = 64  # roundings of the times in a span that is not halved
 
@@ -38,10 +40,12 @@ class KnotSearch:
 
     @property
     def solution(self) -> Solution:
+        """The solution on the last knots."""
         return self.stages[-1]
 
     @property
     def motion(self) -> AffineMotion:
+        """The motion on the last knots."""
         return self.solution.motion
 
     @property
@@ -110,43 +114,43 @@ def span_contributions(motion: AffineMotion, objective: Energy) -> np.ndarray:
     return span_values(motion, objective)
 
 
-def auxiliary_keyframes(keyframes: Keyframes, per_segment: int = 1, rigid: bool = False) -> Keyframes:
+def auxiliary_keyframes(
+    keyframes: Keyframes, per_segment: int = 1, rigid: bool | Literal["polar", "rational"] = False
+) -> Keyframes:
     """The keyframes with `per_segment` more in every segment, from the cubic through four neighbours (HJK 4.1).
 
-    rigid: orthonormalise the new ones (polar factor). Fewer than four keyframes take the
-    polynomial through all. For keyframes so far apart that optimisation fails: optimise
+    rigid: True or "polar", orthonormalise the new ones (polar factor); "rational", take them from the rational motion
+    through these neighbours, which is rigid, of keyframes in space (`interpolants.rational_spline`). Fewer than four
+    keyframes take the curve through all. For keyframes so far apart that optimisation fails: optimise
     through these first, then start the true problem from that motion.
 
-    Raises InputError for a number below 1, and where the cubic between two keyframes is reflected.
+    Raises InputError for a number below 1, where the cubic between two keyframes is reflected, and for keyframes that
+    no rational motion goes through.
 
     >>> sm.answers.auxiliary_keyframes(sm.examples.planar_keyframes()).times.round(3)
     array([0.   , 0.168, 0.335, 0.501, 0.666, 0.833, 1.   ])
     """
     if per_segment < 1:
         raise InputError(f"per_segment {per_segment}: at least 1 auxiliary keyframe is needed")
+    if not isinstance(rigid, bool):
+        choice(rigid, ("polar", "rational"), "way to rigid keyframes")
     m, times = len(keyframes), keyframes.times
-    values = keyframes.coordinates
-    new_times, new_values = [], []
+    ends = "not-a-knot" if m >= 4 else "natural"
+    new_times, found = [times], [Affine(keyframes.linear, keyframes.translation)]
     for i in range(m - 1):
         first = int(np.clip(i - 1, 0, max(0, m - 4)))
-        window = slice(first, min(first + 4, m))
-        ends = "not-a-knot" if m >= 4 else "natural"
-        local = cubic_interpolant(times[window], values[window], ends)
+        window = keyframes[first : min(first + 4, m)]
+        local = rational_spline(window, ends) if rigid == "rational" else component_cubic(window, ends)
         t = times[i] + (times[i + 1] - times[i]) * np.arange(1, per_segment + 1) / (per_segment + 1)
+        position = local(t)
+        if rigid is True or rigid == "polar":
+            linear, _, _ = polar_factors(position.linear)
+            if (np.linalg.det(linear) < 0).any():
+                raise InputError(f"between keyframes {i} and {i + 1} the cubic is reflected: give a keyframe there")
+            position = Affine(linear, position.translation)
         new_times.append(t)
-        new_values.append(local(t))
-    every = np.concatenate([times, *new_times])
+        found.append(position)
+    every = np.concatenate(new_times)
     order = np.argsort(every)
-    d = keyframes.dimension
-    added = np.concatenate(new_values)
-    linear = added[:, : d * d].reshape(-1, d, d)
-    if rigid:
-        linear, _, _ = polar_factors(linear)
-        if (np.linalg.det(linear) < 0).any():
-            i = int(np.argmax(np.linalg.det(linear) < 0)) // per_segment
-            raise InputError(f"between keyframes {i} and {i + 1} the cubic is reflected: give a keyframe there")
-    return Keyframes(
-        every[order],
-        np.concatenate([keyframes.linear, linear])[order],
-        np.concatenate([keyframes.translation, added[:, d * d :]])[order],
-    )
+    linear, translation = (np.concatenate(parts)[order] for parts in zip(*found, strict=True))
+    return Keyframes(every[order], linear, translation)

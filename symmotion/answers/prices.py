@@ -56,7 +56,7 @@ class KeyframePrices:
 
     @property
     def turning(self) -> np.ndarray:
-        """Change of the optimum per radian: ⟨∂f*/∂A*, [eₖ] A*⟩."""
+        """(M, 3), in the plane (M,), change of the optimum per radian: ⟨∂f*/∂A*, [eₖ] A*⟩."""
         product = self.gradient.linear @ np.swapaxes(self.keyframes.linear, 1, 2)
         if self.keyframes.dimension == 2:
             return product[:, 1, 0] - product[:, 0, 1]

@@ -9,8 +9,9 @@ from scipy import sparse
 
 from symmotion import checks
 from symmotion.brief import in_a_line
-from symmotion.design.affine import AffineDesign, refined_times
+from symmotion.design.affine import AffineDesign
 from symmotion.design.free_times import LEAST_SHARE, FreeTimesDesign
+from symmotion.design.spans import refined_times
 from symmotion.errors import InputError
 from symmotion.program import Evaluator, Program
 from symmotion.solvers import Solution

@@ -40,6 +40,7 @@ class Failed:
 
     @staticmethod
     def of(index: int, error: BaseException) -> "Failed":
+        """What became of the program at this index of a batch, by the error that it raised."""
         return Failed(index, type(error).__name__, plain(error))
 
     def __repr__(self) -> str:

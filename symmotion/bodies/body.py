@@ -24,10 +24,14 @@ class Meshed(Protocol):
     """
 
     @property
-    def vertices(self) -> ArrayLike: ...
+    def vertices(self) -> ArrayLike:
+        """(V, d) places, d = 2 or 3."""
+        ...
 
     @property
-    def faces(self) -> ArrayLike: ...
+    def faces(self) -> ArrayLike:
+        """(F, corners) the numbers of each face's vertices."""
+        ...
 
 
 class Triangulated(Protocol):
@@ -40,10 +44,14 @@ class Triangulated(Protocol):
     """
 
     @property
-    def vertices(self) -> ArrayLike: ...
+    def vertices(self) -> ArrayLike:
+        """(V, d) places, d = 2 or 3."""
+        ...
 
     @property
-    def triangles(self) -> ArrayLike: ...
+    def triangles(self) -> ArrayLike:
+        """(T, 3) the numbers of each triangle's vertices."""
+        ...
 
 
 @value

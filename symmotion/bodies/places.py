@@ -12,14 +12,14 @@ from symmotion.errors import InputError
 from symmotion.motions import Affine, PoseMotion
 from symmotion.motions.interpolants import SegmentCurve
 from symmotion.motions.motion import Moving
-from symmotion.motions.quaternions import QuaternionMotion
-from symmotion.motions.quaternions.curve import turning
+from symmotion.motions.quaternions import ProductMotion, QuaternionMotion
+from symmotion.motions.quaternions.turning import turning
 from symmotion.splines import Spline
 
 SAMPLES = 257
 
 # Curves of orientations alone.
-Oriented: TypeAlias = QuaternionMotion | SegmentCurve
+Oriented: TypeAlias = QuaternionMotion | ProductMotion | SegmentCurve
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Turned:
 
 def placed(motion: "Moving | Oriented") -> Moving:
     """The motion as it is, an orientation alone as the motion that turns about the origin; InputError for no motion."""
-    if isinstance(motion, QuaternionMotion):
+    if isinstance(motion, QuaternionMotion | ProductMotion):
         return PoseMotion(motion, Spline(motion.basis, np.zeros((motion.basis.n, 3))))
     if isinstance(motion, SegmentCurve):
         return Turned(motion)

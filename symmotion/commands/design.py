@@ -21,12 +21,13 @@ from symmotion.commands.parsing import (
 from symmotion.commands.wording import note
 from symmotion.constraints import MotionConstraint, Periodic, Tolerance
 from symmotion.design import affine_program, free_times_program
-from symmotion.energies import Energy
+from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError, SolveError
 from symmotion.files.formats import rows
 from symmotion.files.table import FORMATS
 from symmotion.motions import Keyframes
 from symmotion.program import Program
+from symmotion.smoothing import is_rigid, rigid_objective
 from symmotion.solvers import Solution, Solver, Status, solver_by_name
 from symmotion.splines.interpolation import ENDS
 
@@ -49,7 +50,11 @@ def add(commands: Commands) -> None:
     )
     add_input(parser, READ, "keyframes")
     add_outputs(parser, WRITTEN)
-    parser.add_argument("--objective", default="rigidity", metavar="NAME", help="as for compare; default: rigidity")
+    parser.add_argument(
+        "--objective",
+        metavar="NAME",
+        help="as for compare; default: rigidity, for rigid keyframes at given times with a little of how they bend",
+    )
     parser.add_argument(
         "--solver", metavar="NAME", help="default: newton, and ipopt where that ends without a solution"
     )
@@ -71,7 +76,7 @@ def run(options: argparse.Namespace) -> None:
     recording = recording_of(options, READ)
     keyframes = recording.keyframes
     with at_fault("--objective"):
-        objective = objective_by_name(options.objective, keyframes.dimension)
+        objective = _objective(options, keyframes)
     try:
         with progress(options, f"{len(keyframes)} keyframes"):
             solution, found = _solve(options, keyframes, objective)
@@ -102,6 +107,14 @@ def _check(options: argparse.Namespace) -> None:
         raise InputError("--auto-knots does not go with --periodic, --tolerance or --free-times: leave one out")
     if options.free_times and conditions:
         raise InputError("--free-times does not go with --periodic or --tolerance: leave one out")
+
+
+def _objective(options: argparse.Namespace, keyframes: Keyframes) -> Energy:
+    """The objective that is asked for, or what suits the keyframes."""
+    if options.objective is not None:
+        return objective_by_name(options.objective, keyframes.dimension)
+    # How they bend is weighed by the times between them.
+    return rigid_objective(keyframes) if is_rigid(keyframes) and not options.free_times else Rigidity()
 
 
 def _solve(options: argparse.Namespace, keyframes: Keyframes, objective: Energy) -> tuple[Solution, Exploration | None]:

@@ -274,7 +274,7 @@ class JetConstraint(MotionConstraint):
         return self._built(setting, spaces, times, times.shape[:1])
 
     def said_of(self, jets: Sequence[AnyJet], values: Mapping[str, np.ndarray]) -> ca.SX:
-        """The expression for jets of symbols, with numbers in place of its parameters."""
+        """(C, 1) the expression for jets of symbols, with numbers in place of its parameters."""
         numbers = [ca.SX(np.ravel(values[k], order="F")) for k in self.parameters or {}]
         return self._expression(jets, [], numbers)
 

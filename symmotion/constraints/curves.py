@@ -164,10 +164,12 @@ class CurveCondition(MotionConstraint):
 
     @property
     def is_equality(self) -> bool:
+        """Whether all its rows are equalities."""
         return bool((self.lower == self.upper).all())
 
     @property
     def count(self) -> int:
+        """How many rows it has, each a condition on the whole value of the curve."""
         return len(self.times)
 
     @property

@@ -387,7 +387,7 @@ class ExactSamples(MotionConstraint):
     name: str = "exact samples"
 
     def which(self, m: int) -> np.ndarray:
-        """The numbers among m, each once, in order."""
+        """(N,) the numbers among m, each once, in order."""
         return np.array(checks.indices(self.numbers, m, "exact sample"), dtype=int)
 
     def seen_from(self, setting: Setting) -> Setting:

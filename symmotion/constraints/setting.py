@@ -50,6 +50,7 @@ class Setting:
 
     @property
     def space(self) -> JetSpace:
+        """The first of the spaces, where there is one motion its own."""
         return self.spaces[0]
 
     @property
@@ -64,6 +65,7 @@ class Setting:
         return checks.index(i, len(self.times), f"{name}: keyframe")
 
     def require_translation(self, name: str) -> None:
+        """Raise InputError, for the constraint of this name, where the translation is not unknown."""
         if self.moves:
             return
         if isinstance(self.space.symbols(), RigidJet):
@@ -73,11 +75,11 @@ class Setting:
         )
 
     def between_keyframes(self, density: int, name: str) -> np.ndarray:
-        """`density` times inside every segment between keyframes, equally spaced."""
+        """(N,) `density` times inside every segment between keyframes, equally spaced."""
         return dense_times(self.times, density, name)
 
     def inside_spans(self, density: int, name: str) -> np.ndarray:
-        """`density` times inside every span, at the middles of equal parts: at a knot two spans would say the same."""
+        """(N,) `density` times inside every span, at the middles of equal parts: at a knot two spans say the same."""
         checks.whole(density, 1, f"{name}: density")
         breaks = distinct(np.concatenate([s.breakpoints for s in self.spaces]))
         a, b = unified(self.domain, breaks)
@@ -88,7 +90,7 @@ class Setting:
         return (breaks[:-1, None] + np.diff(breaks)[:, None] * inside).ravel()
 
     def inside(self, times: np.ndarray, name: str) -> np.ndarray:
-        """The times, those that are a keyframe's up to rounding put there; InputError for the first outside."""
+        """(N,) the times, those that are a keyframe's up to rounding put there; InputError for the first outside."""
         return placed(times, self.domain, self.times, name)
 
 

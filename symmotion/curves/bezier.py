@@ -123,6 +123,7 @@ class RationalQuadratic:
 
     @property
     def breakpoints(self) -> np.ndarray:
+        """(2,) the ends: it is one piece."""
         return np.array(self.domain)
 
     @cached_property

@@ -120,6 +120,7 @@ class ArcParameter:
 
     @property
     def breakpoints(self) -> np.ndarray:
+        """(N,) the new parameters of the curve's breakpoints, ascending."""
         return self.preimages(self.curve.breakpoints)
 
     def preimages(self, parameters) -> np.ndarray:
@@ -212,11 +213,12 @@ class Retimed:
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last of the new parameters."""
         return self.warp.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders between which the curve is smooth."""
+        """(K,) the borders between which the curve is smooth."""
         inner = self.curve.breakpoints[1:-1]
         if isinstance(self.warp, ArcParameter):
             return self.warp.breakpoints if self.warp.curve == self.curve else self.warp.preimages(inner)

@@ -30,6 +30,7 @@ from symmotion.design.question import (
     require_volume,
 )
 from symmotion.design.rigid_start import other_way, rigid_spline, turns_between
+from symmotion.design.spans import refined_times
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
@@ -105,7 +106,6 @@ def placed_knots(knots: ArrayLike, times: np.ndarray) -> np.ndarray:
     return unified(checks.array(knots, ("K",), "knots"), times)
 
 
-MOST_KNOTS = 10**6
 # Keyframes up to which what an edit does to the start is kept, by control and keyframe.
 MOST_CARRIED = 500
 
@@ -114,14 +114,6 @@ def _clamped(a: float, inner: np.ndarray, b: float, degree: int, origin: float) 
     """The clamped basis over [a, b] with these inner knots, copies counting, all from an origin on."""
     knots = np.concatenate([np.full(degree + 1, a), inner, np.full(degree + 1, b)])
     return BSplineBasis(knots, degree, origin=origin)
-
-
-def refined_times(times: np.ndarray, refine: int) -> np.ndarray:
-    """The times with `refine` more, equally spaced, in every segment; InputError where they are too many."""
-    if (len(times) - 1) * (refine + 1) > MOST_KNOTS:
-        raise InputError(f"refine {refine}: with {len(times)} times that makes more than {MOST_KNOTS} knots")
-    share = np.arange(refine + 1) / (refine + 1)
-    return np.append((times[:-1, None] + np.diff(times)[:, None] * share).ravel(), times[-1])
 
 
 def represent(basis: BSplineBasis, spline: Spline, times: np.ndarray) -> Spline:
@@ -174,13 +166,16 @@ class AffineDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: keyframes that crowd, orientations (signs of det A) that are opposite."""
         return keyframe_notes(self.keyframes.times, self.keyframes.linear)
 
     def told(self, motion: AffineMotion) -> tuple[str, ...]:
+        """What is said of a motion found: that it squeezes the body between rigid keyframes, where it does."""
         return motion_notes(self.keyframes, motion)
 
     @property
     def basis(self) -> BSplineBasis:
+        """The B-spline basis of the unknown motion, over the times of the keyframes."""
         return self.start.basis
 
     @cached_property
@@ -192,10 +187,12 @@ class AffineDesign:
 
     @cached_property
     def space(self) -> LinearSpace:
+        """The linear map from controls (n, channels) to the jet of the motion at a time."""
         return affine_space(self.basis, self.keyframes.dimension, self.channels, self.origin)
 
     @property
     def setting(self) -> Setting:
+        """What constraints may know of this program: its keyframes, and whether the translation is unknown."""
         keys, d = self.keyframes, self.keyframes.dimension
         return Setting((self.space,), keys.times, keys.linear, keys.translation, moves=self.channels > d * d)
 

@@ -72,9 +72,11 @@ def unknowns_of(motion: QuaternionMotion) -> np.ndarray:
 def motion_of(space: ControlSpace, controls: np.ndarray) -> QuaternionMotion:
     """The curve of controls (n, 7 or more) in a space, of quaternions of any length and increments near theirs."""
     q = controls[:, TURN] / np.linalg.norm(controls[:, TURN], axis=1, keepdims=True)
+    ways = controls[:, WAY]
     ratio = product(conjugate(np.roll(q, 1, axis=0)), q)
-    ratio[0] *= space.closing
-    ways = nearest(ratio, controls[:, WAY])
+    # The constraint "increments" holds for −q_j as well, the same orientation: the curve follows the increments.
+    ratio *= np.where(np.sum(ratio * exp(ways), axis=1) < 0, -1.0, 1.0)[:, None]
+    ways = nearest(ratio, ways)
     ways = np.roll(ways, -1, axis=0) if space.basis.periodic else ways[1:]
     return QuaternionMotion(space.basis, q, ways)
 

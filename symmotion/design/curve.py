@@ -256,6 +256,7 @@ class CurveDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: keyframes that crowd."""
         first = self.conditions[0]
         return keyframe_notes(first.times[:, 0]) if first.name == KEYFRAMES else ()
 
@@ -266,10 +267,12 @@ class CurveDesign:
 
     @property
     def channels(self) -> int:
+        """How many numbers a value of the curve has: the product of its shape."""
         return int(np.prod(self.shape))
 
     @cached_property
     def space(self) -> LinearSpace:
+        """The linear map from controls (n, channels) to the jet of the curve at a parameter."""
         return curve_space(self.basis, self.shape, self.shift)
 
     @cached_property
@@ -280,6 +283,7 @@ class CurveDesign:
 
     @property
     def setting(self) -> Setting:
+        """What constraints may know of this program: the parameters of its keyframes, empty where it has none."""
         keyed = next((c.times[:, 0] for c in self.conditions if c.name == KEYFRAMES), np.empty(0))
         return Setting((self.space,), keyed)
 

@@ -69,7 +69,8 @@ def fit_program(
 
     keys: the samples, `Keyframes`. They may crowd, but for exact ones: no motion passes through them. `program.notes`
     names those of opposite orientations.
-    controls: how many, their knots at equal numbers of samples; or `knots`, the inner knots.
+    controls: how many, their knots at equal numbers of samples, from three in four of these on at samples; or `knots`,
+    the inner knots.
     objective: an energy or a weighted sum of energies that smooths; nothing when left out.
     constraints: conditions on the jet (`Jet`), as in `affine_program`. ends: what holds at the ends: "natural"
     (nothing), "clamped" with `end_rates` (linear (2, d, d), translation (2, d)), or "periodic", the closed motion.
@@ -149,15 +150,17 @@ class FitDesign:
 
     @property
     def basis(self) -> BSplineBasis:
+        """The B-spline basis of the unknown motion, over the times of the samples."""
         return self.start.basis
 
     @cached_property
     def followed(self) -> np.ndarray:
-        """Numbers of the samples in the data term: those with a weight that are not exact."""
+        """(N,) numbers of the samples in the data term: those with a weight that are not exact."""
         return np.setdiff1d(np.flatnonzero(self.weights), self.exact)
 
     @cached_property
     def space(self) -> LinearSpace:
+        """The linear map from controls (n, d² + d) to the jet of the motion at a time."""
         d = self.samples.dimension
         return affine_space(self.basis, d, d * d + d, self.shift)
 
@@ -168,12 +171,14 @@ class FitDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: of the samples, and that orientations (signs of det A) are opposite."""
         # Samples may crowd: they are not met.
         note = opposite_note(self.samples.linear[np.union1d(self.followed, self.exact)])
         return self.said if note is None else (*self.said, note)
 
     @property
     def setting(self) -> Setting:
+        """What constraints may know of this program: its samples, which are followed and not met."""
         samples = self.samples
         return Setting((self.space,), samples.times, samples.linear, samples.translation, held=False)
 

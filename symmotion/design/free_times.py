@@ -12,7 +12,7 @@ from scipy import sparse
 from symmotion import checks
 from symmotion.brief import in_a_line
 from symmotion.constraints import EndRates, MotionConstraint, Setting
-from symmotion.design.affine import RIGIDITY, refined_times, represent
+from symmotion.design.affine import RIGIDITY, represent
 from symmotion.design.moving_space import MovingSpace, local_derivative, local_symbols
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
@@ -30,6 +30,7 @@ from symmotion.design.question import (
     require_start,
     require_volume,
 )
+from symmotion.design.spans import refined_times
 from symmotion.design.terms import as_objective, closed_expression, expression_of, kernel_of, nodes_for, parts_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
@@ -151,6 +152,7 @@ class FreeTimesDesign:
 
     @cached_property
     def space(self) -> MovingSpace:
+        """The map from controls (n, channels) and knot widths to the jet of the motion at a node."""
         origin, since = from_origin(self.keyframes.times)
         ends = refined_times(since, self.refine)
         return MovingSpace(self.degree, self.channels, self.keyframes.dimension, ends, self.unit, origin, self.shift)
@@ -167,19 +169,23 @@ class FreeTimesDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: keyframes that crowd, orientations (signs of det A) that are opposite."""
         return keyframe_notes(self.keyframes.times, self.keyframes.linear)
 
     def told(self, motion: AffineMotion) -> tuple[str, ...]:
+        """What is said of a motion found: that it squeezes the body between rigid keyframes, where it does."""
         keys, times = self.keyframes, motion.breakpoints[:: self.refine + 1]
         return motion_notes(Keyframes(times, keys.linear, keys.translation), motion)
 
     @property
     def setting(self) -> Setting:
+        """What constraints may know of this program: its keyframes, at the times given."""
         keys, d = self.keyframes, self.keyframes.dimension
         return Setting((self.space,), keys.times, keys.linear, keys.translation, moves=self.channels > d * d)
 
     @property
     def spans(self) -> int:
+        """How many spans the motion has: `refine` + 1 between each two keyframes."""
         return (len(self.keyframes) - 1) * (self.refine + 1)
 
     @property

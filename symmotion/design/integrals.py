@@ -15,11 +15,11 @@ from symmotion.jets.seen import Called, SeenSampled
 from symmotion.kernels.mapped import Mapped
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.interpolants.blends import Interpolant
-from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.motions.quaternions import ProductMotion, QuaternionMotion
 from symmotion.program import QUADRATURE, BlockEvaluator
 from symmotion.splines import Integral, Spline, integrate
 
-KNOWN = (AffineMotion, QuaternionMotion, PoseMotion, Spline)
+KNOWN = (AffineMotion, QuaternionMotion, ProductMotion, PoseMotion, Spline)
 Density = Callable[[np.ndarray], np.ndarray]
 EPS = float(np.finfo(float).eps)
 
@@ -61,7 +61,7 @@ class Integrand:
 
 def integrand(motion: Called, energy: Energy, marks: np.ndarray | None = None) -> Integrand:
     """The integrand of an energy, or of a sum of energies, along a motion; marks: of a motion that is not known."""
-    if isinstance(motion, QuaternionMotion | PoseMotion):
+    if isinstance(motion, QuaternionMotion | ProductMotion | PoseMotion):
         curve = motion.orientation if isinstance(motion, PoseMotion) else motion
         return Integrand(energy, _rigid(motion, energy), curve.relative.breakpoints, curve.degree, curve.basis.origin)
     if isinstance(motion, AffineMotion | Spline):
@@ -99,7 +99,7 @@ def linear_density(energy: Energy, space: LinearSpace, controls: np.ndarray) -> 
     return density
 
 
-def _rigid(motion: QuaternionMotion | PoseMotion, energy: Energy) -> Density:
+def _rigid(motion: QuaternionMotion | ProductMotion | PoseMotion, energy: Energy) -> Density:
     """The integrand along a quaternion curve or a pose, at times from the origin of the curve on."""
     pose = isinstance(motion, PoseMotion)
     curve = motion.orientation if isinstance(motion, PoseMotion) else motion

@@ -85,9 +85,11 @@ class JoinedDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What the bodies' programs say before solving, each after the body's name."""
         return tuple(f"{body}: {note}" for body, p in self.programs.items() for note in p.notes)
 
     def told(self, motion: Mapping[str, Any]) -> tuple[str, ...]:  # Any: the bodies' kinds differ
+        """What is said of the motions found, by body: each after the body's name."""
         return tuple(
             f"{body}: {note}"
             for body, p in self.programs.items()

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from symmotion import checks
 from symmotion.brief import in_a_line
 from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, Setting
-from symmotion.design.affine import refined_times
 from symmotion.design.control_nodes import TURN, ControlSpace
 from symmotion.design.control_start import carried, motion_of, unknowns_of
 from symmotion.design.integrals import integrand
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_start, require_times
+from symmotion.design.spans import LONG, graded_times
 from symmotion.design.terms import as_objective, closed_expression, expression_of, parts_of
 from symmotion.energies import Energy, Torque
 from symmotion.errors import InputError, SolveError
@@ -39,8 +39,10 @@ if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
 
 TORQUE = Torque()
-# Turns between neighbours, in rad, and the ratio of intervals beyond which a program starts from slerps.
-FAR, UNEVEN = np.radians(90), 4.0
+# Turns between neighbours, in rad, beyond which a program starts from slerps where an interval is long beside another.
+FAR = np.radians(90)
+# Gauss nodes on a span up to which it is one element, whose function the C compiler takes in its stride.
+MOST_WHOLE = 8
 
 RENAMED = {
     "inertia": "objective=Torque(inertia)",
@@ -82,7 +84,8 @@ def orientation_program(
     objective: an energy or weighted sum of energies of the jet (`RigidJet`), Torque() when left out.
     constraints: conditions on the jet, each with multipliers under its name.
     degree: at least 2. refine: knots inserted in every keyframe interval, equally spaced, beside the simple knots
-        at the keyframe times; or `knots`, the inner knots in increasing order, instead.
+        at the keyframe times; more where an interval is over four times as long as a neighbour, closer towards that
+        one. Or `knots`, the inner knots in increasing order, instead.
     ends: "natural" (nothing: no torque there at the optimum), "clamped" with `end_rates` (2, 3), body
         rates in rad per unit of time, which are kept, or "periodic", the closed motion.
     turns, signs: extra turns and the reading of signs, as in `interpolate_quaternions`.
@@ -158,10 +161,12 @@ class OrientationDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: keyframes that crowd."""
         return keyframe_notes(self.keys.times)
 
     @cached_property
     def setting(self) -> Setting:
+        """What constraints may know of this program: its keyframes as rotations and quaternions."""
         keys = self.keys
         linear = to_rotation(keys.quaternions).as_matrix()
         moves = self.space.pose
@@ -186,11 +191,11 @@ class OrientationDesign:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """The keyframes whose turn is a condition: not those with a tolerance, nor the last of a closed motion."""
+        """(N,) the keyframes whose turn is a condition: not those with a tolerance, nor the last of a closed motion."""
         return self.not_freed(self.setting, 0)
 
     def not_freed(self, setting: Setting, part: int) -> np.ndarray:
-        """The keyframes whose turn (part 0) or place (1) no constraint frees; of a closed motion not the last."""
+        """(N,) the keyframes whose turn (part 0) or place (1) no constraint frees; of a closed motion not the last."""
         freed = set[int]().union(*(c.freed(setting)[part] for c in self.constraints))
         return np.array(sorted(set(range(len(self.keys) - (self.ends == "periodic"))) - freed), dtype=int)
 
@@ -276,11 +281,11 @@ class OrientationDesign:
 def first_curve(keys: OrientationKeys, ends: str, end_rates: np.ndarray | None) -> QuaternionMotion:
     """The curve through keyframes that a program starts from: the C² interpolant, or the slerps.
 
-    The slerps where it is not found at once, and where neighbours are FAR apart and an interval is UNEVEN times as long
-    as another: there it turns further than anything of little torque does.
+    The slerps where it is not found at once, and where neighbours are FAR apart and an interval is LONG beside another:
+    there it turns further than anything of little torque does.
     """
     steps, turns = np.diff(keys.times), 2 * np.linalg.norm(keys.ways, axis=1)
-    if steps.max() <= UNEVEN * steps.min() or turns.max() <= FAR:
+    if steps.max() <= LONG * steps.min() or turns.max() <= FAR:
         try:
             return interpolate_keys(keys, ends, end_rates, max_iterations=DIRECT)
         except SolveError:
@@ -292,10 +297,10 @@ def first_curve(keys: OrientationKeys, ends: str, end_rates: np.ndarray | None) 
 
 
 def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike | None, ends: str) -> BSplineBasis:
-    """The basis of a quaternion curve over keyframe times (M,): knots there and `refine` more in every interval."""
+    """The basis of a quaternion curve over keyframe times (M,): knots there, and those of `graded_times` between."""
     degree, refine = checks.whole(degree, 2, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
     origin, since = from_origin(times)
-    breaks = refined_times(since, refine)
+    breaks = graded_times(since, refine, ends == "periodic")
     if knots is not None:
         inner = distinct(checks.times(knots, "knots"), times)
         if inner[0] <= times[0] or inner[-1] >= times[-1]:
@@ -311,4 +316,5 @@ def rigid_term(space: ControlSpace, name: str, weight: float, energy: Energy, no
     def expression(jet: RigidJet) -> ca.SX:
         return expression_of(energy, weight, jet)[0]
 
-    return space.integral(name, expression, squares, nodes, weight, whole=isinstance(energy, Torque) and energy.stated)
+    whole = isinstance(energy, Torque) and energy.stated and nodes <= MOST_WHOLE
+    return space.integral(name, expression, squares, nodes, weight, whole=whole)

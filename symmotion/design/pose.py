@@ -24,7 +24,7 @@ from symmotion.errors import InputError
 from symmotion.jets.space import UNKNOWN, block_of
 from symmotion.motions import Keyframes, PoseMotion
 from symmotion.motions.crowding import require_apart
-from symmotion.motions.quaternions import OrientationKeys
+from symmotion.motions.quaternions import OrientationKeys, QuaternionMotion
 from symmotion.motions.quaternions.algebra import Signs
 from symmotion.program import Constraint, Multipliers, Program, Quadrature
 from symmotion.program.state import made_of
@@ -138,10 +138,12 @@ class PoseDesign:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        """What is said before solving: keyframes that crowd."""
         return self.turning.notes
 
     @cached_property
     def setting(self) -> Setting:
+        """What constraints may know of this program: its keyframes, rotations and translations."""
         return replace(self.turning.setting, translation=self.translation)
 
     def program(self) -> "Program[PoseDesign]":
@@ -162,7 +164,7 @@ class PoseDesign:
 
     @cached_property
     def placed(self) -> np.ndarray:
-        """The keyframes whose place is a condition."""
+        """(N,) the keyframes whose place is a condition."""
         return self.turning.not_freed(self.setting, 1)
 
     def _places(self) -> list[Constraint]:
@@ -189,7 +191,7 @@ class PoseDesign:
         basis = self.turning.space.basis
         if not motion.translation.basis.same_knots(basis):
             raise InputError("a start for a pose program has the knots of the program")
-        turning = self.turning.unknowns(motion.orientation)[UNKNOWN]
+        turning = self.turning.unknowns(require_start(motion.orientation, QuaternionMotion, 3))[UNKNOWN]
         return {UNKNOWN: np.concatenate([turning, motion.translation.control_points - self.shift], axis=1)}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +19,8 @@ from symmotion.motions.crowding import close_note, opposite_note, require_apart
 from symmotion.motions.rigid import squeezed_note
 from symmotion.program import Block, Constraint, DesignT, Multipliers, Program, Target, Targets
 from symmotion.splines import check_times, same_times, unified
+
+Kind = TypeVar("Kind")
 
 
 def as_constraints(constraints: object) -> tuple[MotionConstraint, ...]:
@@ -104,13 +107,14 @@ def require_volume(objective: Energy, keys: Keyframes, which: np.ndarray | None 
                 )
 
 
-def require_start(motion: object, kind: type, dimension: int) -> None:
-    """InputError for a start that is no motion of this kind in this dimension."""
+def require_start(motion: object, kind: type[Kind], dimension: int) -> Kind:
+    """A start of this kind in this dimension; InputError for others."""
     if not isinstance(motion, kind):
         raise InputError(f"start {motion!r:.80}: a motion ({kind.__name__}), a solution or numbers are needed")
     found = getattr(motion, "dimension", dimension)
     if found != dimension:
         raise InputError(f"start {motion!r:.80} is in {found}D: {dimension}D is needed")
+    return motion
 
 
 def assembled(

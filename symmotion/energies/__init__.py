@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from symmotion.energies.affine import Rigidity, TrajectoryEnergy
 from symmotion.energies.curve import Bending
 from symmotion.energies.energy import Energy, EnergySum, JetEnergy
+from symmotion.energies.roughness import Roughness
+from symmotion.energies.slip import SideSlip
 from symmotion.energies.strain import StrainAcceleration, StrainRate
 from symmotion.energies.torque import Torque, as_inertia
 from symmotion.renamed import moved
@@ -15,6 +17,8 @@ __all__ = [
     "EnergySum",
     "JetEnergy",
     "Rigidity",
+    "Roughness",
+    "SideSlip",
     "StrainAcceleration",
     "StrainRate",
     "Torque",

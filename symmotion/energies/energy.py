@@ -51,7 +51,7 @@ class Energy:
         return type(self).__name__
 
     def residuals(self, jet: OwnJet) -> ca.SX | None:
-        """A column whose sum of squares is the integrand, or None where there is none.
+        """A column (C, 1) whose sum of squares is the integrand, or None where there is none.
 
         Gauss–Newton convexification and the exact line search follow from it. The jet is of the kind that the
         subclass is written for.
@@ -59,7 +59,7 @@ class Energy:
         return None
 
     def integrand(self, jet: OwnJet) -> ca.SX:
-        """The scalar φ(jet)."""
+        """(1, 1) φ(jet)."""
         residuals = self.residuals(jet)
         if residuals is None:
             raise InputError(f"energy {self.name} states neither residuals nor an integrand: write one of the two")

@@ -134,8 +134,9 @@ class Coordinates:
             columns = {"real": self.motion.control_points}
         else:
             pose = self.motion
-            columns = {"real": pose.orientation.control_points, "translation": pose.translation.control_points}
-            columns["translation"] = columns["translation"] / self.length
+            columns = {"translation": pose.translation.control_points / self.length}
+            if isinstance(pose.orientation, QuaternionMotion):
+                columns["real"] = pose.orientation.control_points
         net = np.concatenate([columns[name] for name in names], axis=-1)
         return net if net.ndim == 3 else net[:, None]
 
@@ -169,8 +170,11 @@ def _require_polygon(motion: QuaternionMotion | PoseMotion, parts: str) -> None:
     if parts.endswith("dual"):
         raise InputError(f"parts {parts!r}: a pose motion has real, translation and real+translation")
     turns = motion.orientation if isinstance(motion, PoseMotion) else motion
-    if parts.startswith("real") and turns.turns.any():
-        raise InputError("a quaternion curve with whole extra turns is not that of its control quaternions alone")
+    if parts.startswith("real"):
+        if not isinstance(turns, QuaternionMotion):
+            raise InputError("a product of turns has no control polygon to fair: parts='translation' can be")
+        if turns.turns.any():
+            raise InputError("a quaternion curve with whole extra turns is not that of its control quaternions alone")
     if isinstance(motion, PoseMotion) and parts == "real+translation":
         one, other = motion.orientation.basis, motion.translation.basis
         if one.degree != other.degree or not np.array_equal(one.knots, other.knots):

@@ -169,11 +169,13 @@ class StepTables:
 
     @property
     def reach(self) -> tuple[int, int]:
+        """How many knots away jumps change, in u and in v; in v none where the net is a curve."""
         far = 3 if self.step == "nine" else 4
         return far, 0 if self.jumps.v.trivial else far
 
     @cached_property
     def solve(self) -> np.ndarray:
+        """(K, L, kinds, kinds) M⁻¹, from the jumps at a knot to the multipliers of its step."""
         u, v = self.jumps.u, self.jumps.v
         a, b = u.moved(self.step), v.moved(self.step)
         matrix = np.empty((*self.jumps.shape, self.jumps.kinds, self.jumps.kinds))

@@ -17,7 +17,7 @@ from symmotion.files.written import TOLERANCE, WrittenMotion, seconds_per_unit
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.interpolants import slerp
 from symmotion.motions.motion import Moving
-from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.motions.quaternions import ProductMotion, QuaternionMotion
 from symmotion.motions.quaternions.algebra import conjugate, product, rotate
 from symmotion.splines import Spline
 from symmotion.whole import whole_file
@@ -212,7 +212,7 @@ def _rigid(motion: PoseMotion, target: Target) -> tuple[DocumentBuilder, Written
     return turning_scene(notes, target.body, target.centre, ticks, turns, moving, stored), written
 
 
-def _turning_keys(orientation: QuaternionMotion, target: Target) -> tuple[np.ndarray, np.ndarray]:
+def _turning_keys(orientation: QuaternionMotion | ProductMotion, target: Target) -> tuple[np.ndarray, np.ndarray]:
     """Times (K,) and quaternions (K, 4), neighbours on one side, between which slerps are fine enough."""
     radius = float(np.linalg.norm(target.body.vertices, axis=1).max())
 

@@ -10,7 +10,7 @@ from symmotion.errors import InputError
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.interpolants.blends import Interpolant
 from symmotion.motions.motion import Moving
-from symmotion.motions.quaternions import QuaternionMotion
+from symmotion.motions.quaternions import ProductMotion, QuaternionMotion, angles_travelled
 from symmotion.splines import Spline
 from symmotion.splines.continuity import first_jump
 from symmotion.splines.instants import distinct
@@ -125,16 +125,13 @@ def breakpoints(motion: Moving) -> np.ndarray:
     return even if own is None else distinct(np.concatenate([own, even]), own)
 
 
-def turning_points(curve: QuaternionMotion) -> np.ndarray:
-    """The breakpoints, with spans cut into pieces of at most a turn each, as far as the increments tell.
+def turning_points(curve: QuaternionMotion | ProductMotion) -> np.ndarray:
+    """The breakpoints, with spans cut into pieces as many as it turns round within, or one more.
 
     Whole turns between two looks at a motion could else not be told from none.
     """
-    knots = curve.basis.breakpoints
-    controls = curve.basis.local((knots[:-1] + knots[1:]) / 2)[0]
-    # A span's factors exp(ω_i B̃_i) lead from each of its controls to the next, and no B̃_i grows by more than 1.
-    half_angles = curve.table[1][3][controls[:, 1:]].sum(axis=1)
-    pieces = np.maximum(1, np.ceil(half_angles / np.pi).astype(int))
+    knots = curve.breakpoints
+    pieces = 1 + (angles_travelled(curve) / (2 * np.pi)).astype(int)
     parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(knots, knots[1:], pieces, strict=False)]
     return np.concatenate([knots[:1], *parts])
 

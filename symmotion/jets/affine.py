@@ -36,57 +36,68 @@ class Jet:
 
     @property
     def kind(self) -> str:
+        """Which jet it is, in words: "affine 2D" or "affine 3D"."""
         return f"affine {self.dimension}D"
 
     @property
     def entries(self) -> ca.SX:
+        """(4 d² + 4 d + 1, 1) A, dA, ddA, dddA column by column, v, dv, ddv, dddv, and the time."""
         return column([*self.linear, *self.translation, self.t])
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in, d."""
         return self.A.shape[0]
 
     @property
     def A(self) -> ca.SX:
+        """(d, d) the linear part: a body point p is at v + A p."""
         return self.linear[0]
 
     @property
     def dA(self) -> ca.SX:
+        """(d, d) Ȧ, per unit of time."""
         return self.linear[1]
 
     @property
     def ddA(self) -> ca.SX:
+        """(d, d) Ä, per unit of time squared."""
         return self.linear[2]
 
     @property
     def dddA(self) -> ca.SX:
+        """(d, d) the third derivative of A, per unit of time cubed."""
         return self.linear[3]
 
     @property
     def v(self) -> ca.SX:
+        """(d, 1) the translation: where the body's origin is, in units of length."""
         return self.translation[0]
 
     @property
     def dv(self) -> ca.SX:
+        """(d, 1) v̇, the velocity of the body's origin."""
         return self.translation[1]
 
     @property
     def ddv(self) -> ca.SX:
+        """(d, 1) v̈, the acceleration of the body's origin."""
         return self.translation[2]
 
     @property
     def dddv(self) -> ca.SX:
+        """(d, 1) the third derivative of v, the jerk of the body's origin."""
         return self.translation[3]
 
     @property
     def gram_rate(self) -> ca.SX:
-        """Ġ = ȦᵀA + AᵀȦ."""
+        """(d, d) Ġ = ȦᵀA + AᵀȦ."""
         product = self.A.T @ self.dA
         return product + product.T
 
     @property
     def gram_acceleration(self) -> ca.SX:
-        """G̈ = ÄᵀA + 2ȦᵀȦ + AᵀÄ."""
+        """(d, d) G̈ = ÄᵀA + 2ȦᵀȦ + AᵀÄ."""
         product = self.A.T @ self.ddA
         return product + product.T + 2 * self.dA.T @ self.dA
 
@@ -101,12 +112,12 @@ class Jet:
 
     @property
     def world_rate(self) -> ca.SX:
-        """The spin of ȦA⁻¹: the angular rate about the fixed axes where A is rigid."""
+        """The spin of ȦA⁻¹, (3, 1) or a number: the angular rate about the fixed axes where A is rigid."""
         return _axial(self.dA @ self._inverse)
 
     @property
     def acceleration(self) -> ca.SX:
-        """The derivative of `rate`: the spin of A⁻¹Ä − (A⁻¹Ȧ)²."""
+        """The derivative of `rate`, (3, 1) or a number: the spin of A⁻¹Ä − (A⁻¹Ȧ)²."""
         turning = self._inverse @ self.dA
         return _axial(self._inverse @ self.ddA - turning @ turning)
 
@@ -116,18 +127,19 @@ class Jet:
         return moments @ self.acceleration + ca.cross(self.rate, moments @ self.rate)
 
     def place(self, point: ArrayLike) -> ca.SX:
-        """v + A p."""
+        """(d, 1) v + A p."""
         return self.v + self.A @ body_point(point, self.dimension)
 
     def velocity(self, point: ArrayLike) -> ca.SX:
-        """v̇ + Ȧ p."""
+        """(d, 1) v̇ + Ȧ p."""
         return self.dv + self.dA @ body_point(point, self.dimension)
 
     def acceleration_of(self, point: ArrayLike) -> ca.SX:
-        """v̈ + Ä p."""
+        """(d, 1) v̈ + Ä p."""
         return self.ddv + self.ddA @ body_point(point, self.dimension)
 
     def bending(self, points: np.ndarray, masses: np.ndarray) -> ca.SX:
+        """At most d (d + 1) residuals whose squares add up to Σ m_i ‖acceleration of p_i‖²; (P, d), (P,)."""
         # Σ m ‖v̈ + Ä p‖² needs d residuals per point, or d (d + 1) for any number of points: with
         # homogeneous points it is tr(X C Xᵀ), X = (Ä v̈), C = Σ m p pᵀ = L Lᵀ.
         homogeneous = np.column_stack([points, np.ones(len(points))]) * np.sqrt(masses)[:, None]

@@ -28,27 +28,33 @@ class CurveJet:
 
     @property
     def kind(self) -> str:
+        """Which jet it is, in words: "curve", and the shape of a value."""
         rows, columns = self.x.shape
         return f"curve {rows} × {columns}"
 
     @property
     def entries(self) -> ca.SX:
+        """(4 C + 1, 1) x, dx, ddx, dddx column by column, C numbers each, and the parameter."""
         return column([*self.derivatives, self.t])
 
     @property
     def x(self) -> ca.SX:
+        """The value x(t), a matrix of the curve's shape; a column (C, 1) where that is (C,)."""
         return self.derivatives[0]
 
     @property
     def dx(self) -> ca.SX:
+        """The first derivative by the parameter, in the shape of x."""
         return self.derivatives[1]
 
     @property
     def ddx(self) -> ca.SX:
+        """The second derivative by the parameter, in the shape of x."""
         return self.derivatives[2]
 
     @property
     def dddx(self) -> ca.SX:
+        """The third derivative by the parameter, in the shape of x."""
         return self.derivatives[3]
 
 
@@ -86,10 +92,12 @@ class NetJet:
 
     @property
     def kind(self) -> str:
+        """Which jet it is, in words: "net", and how many coordinates it has."""
         return f"net {self.d.numel()}" if self.parameters == 2 else f"net {self.d.numel()} of a curve"
 
     @property
     def entries(self) -> ca.SX:
+        """(10 C + 1, 1) the derivatives by order, C numbers each, and the symbol t."""
         return column([*self.derivatives, self.t])
 
     def partial(self, u: int, v: int) -> ca.SX:
@@ -100,26 +108,32 @@ class NetJet:
 
     @property
     def d(self) -> ca.SX:
+        """(C, 1) the value d(u, v)."""
         return self.partial(0, 0)
 
     @property
     def du(self) -> ca.SX:
+        """(C, 1) ∂d/∂u."""
         return self.partial(1, 0)
 
     @property
     def dv(self) -> ca.SX:
+        """(C, 1) ∂d/∂v, of a net of two parameters."""
         return self.partial(0, 1)
 
     @property
     def duu(self) -> ca.SX:
+        """(C, 1) ∂²d/∂u²."""
         return self.partial(2, 0)
 
     @property
     def duv(self) -> ca.SX:
+        """(C, 1) ∂²d/∂u∂v, of a net of two parameters."""
         return self.partial(1, 1)
 
     @property
     def dvv(self) -> ca.SX:
+        """(C, 1) ∂²d/∂v², of a net of two parameters."""
         return self.partial(0, 2)
 
 

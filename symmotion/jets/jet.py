@@ -26,10 +26,14 @@ class AnyJet(Protocol):
     """
 
     @property
-    def kind(self) -> str: ...
+    def kind(self) -> str:
+        """Which jet it is, in words: the same for jets of the same entries."""
+        ...
 
     @property
-    def entries(self) -> ca.SX: ...
+    def entries(self) -> ca.SX:
+        """(N, 1) all that it is made of; the time is the last."""
+        ...
 
 
 @runtime_checkable
@@ -42,7 +46,9 @@ class BodyJet(AnyJet, Protocol):
     """
 
     @property
-    def dimension(self) -> int: ...
+    def dimension(self) -> int:
+        """Of the space that the body is in, d."""
+        ...
 
     def place(self, point: ArrayLike) -> ca.SX:
         """(d, 1) where a body point (d,) is."""

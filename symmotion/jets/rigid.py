@@ -63,14 +63,17 @@ class RigidJet:
 
     @property
     def kind(self) -> str:
+        """Which jet it is, in words: "pose", or "orientation" where it has no translation."""
         return "pose" if self.path else "orientation"
 
     @property
     def entries(self) -> ca.SX:
+        """(23, 1) quaternion, rate, acceleration, v, dv, ddv, dddv, time; (11, 1) of an orientation."""
         return column([self.quaternion, self.rate, self.acceleration, *self.translation, self.t])
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @cached_property
@@ -80,28 +83,32 @@ class RigidJet:
 
     @property
     def dA(self) -> ca.SX:
-        """Ṙ = R [Ω]."""
+        """(3, 3) Ṙ = R [Ω]."""
         return self.A @ ca.skew(self.rate)
 
     @property
     def ddA(self) -> ca.SX:
-        """R̈ = R ([Ω]² + [Ω̇])."""
+        """(3, 3) R̈ = R ([Ω]² + [Ω̇])."""
         return self.A @ self._bend
 
     @property
     def v(self) -> ca.SX:
+        """(3, 1) the translation: where the body's origin is. An orientation has none: InputError."""
         return self._origin(0)
 
     @property
     def dv(self) -> ca.SX:
+        """(3, 1) v̇, the velocity of the body's origin. An orientation has none: InputError."""
         return self._origin(1)
 
     @property
     def ddv(self) -> ca.SX:
+        """(3, 1) v̈, the acceleration of the body's origin. An orientation has none: InputError."""
         return self._origin(2)
 
     @property
     def dddv(self) -> ca.SX:
+        """(3, 1) the third derivative of v, the origin's jerk. An orientation has none: InputError."""
         return self._origin(3)
 
     def _origin(self, order: int) -> ca.SX:
@@ -111,7 +118,7 @@ class RigidJet:
 
     @property
     def world_rate(self) -> ca.SX:
-        """R Ω, about the fixed axes."""
+        """(3, 1) R Ω, about the fixed axes."""
         return rotation.rotate(self.quaternion, self.rate)
 
     def torque(self, inertia: ArrayLike) -> ca.SX:
@@ -129,18 +136,19 @@ class RigidJet:
         return turned + self.translation[order] if self.path else turned
 
     def place(self, point: ArrayLike) -> ca.SX:
-        """v + R p."""
+        """(3, 1) v + R p."""
         return self._moved(0, ca.SX(body_point(point, 3)))
 
     def velocity(self, point: ArrayLike) -> ca.SX:
-        """v̇ + R (Ω × p)."""
+        """(3, 1) v̇ + R (Ω × p)."""
         return self._moved(1, ca.cross(self.rate, ca.SX(body_point(point, 3))))
 
     def acceleration_of(self, point: ArrayLike) -> ca.SX:
-        """v̈ + R (Ω × (Ω × p) + Ω̇ × p)."""
+        """(3, 1) v̈ + R (Ω × (Ω × p) + Ω̇ × p)."""
         return self._moved(2, self._bend @ ca.SX(body_point(point, 3)))
 
     def bending(self, points: np.ndarray, masses: np.ndarray) -> ca.SX:
+        """Residuals whose squares add up to Σ m_i ‖acceleration of p_i‖², points (P, 3), masses (P,)."""
         # Σ m ‖v̈ + R B p‖² with B = [Ω]×² + [Ω̇]×, whatever the number of points: the moments of the body
         # are m, Σ m p, Σ m p pᵀ = L Lᵀ about the centre of mass c, and ‖R x‖ = ‖x‖.
         mass = masses.sum()

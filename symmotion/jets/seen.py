@@ -15,8 +15,8 @@ from symmotion.jets.jet import AnyJet
 from symmotion.jets.rigid import rigid_jet
 from symmotion.jets.turned import turned_pieces
 from symmotion.motions import AffineMotion, PoseMotion
-from symmotion.motions.quaternions import QuaternionMotion
-from symmotion.motions.quaternions.curve import QuaternionJet
+from symmotion.motions.quaternions import ProductMotion, QuaternionMotion
+from symmotion.motions.quaternions.turning import QuaternionJet
 from symmotion.splines import Spline, SplineLike
 from symmotion.splines.pieces import EPS, Poly, spline_pieces
 
@@ -128,10 +128,10 @@ class SeenSpline:
 class SeenRigid:
     """A quaternion curve, or a pose with its path."""
 
-    motion: QuaternionMotion | PoseMotion
+    motion: QuaternionMotion | ProductMotion | PoseMotion
 
     @property
-    def curve(self) -> QuaternionMotion:
+    def curve(self) -> QuaternionMotion | ProductMotion:
         return self.motion.orientation if isinstance(self.motion, PoseMotion) else self.motion
 
     @property
@@ -157,8 +157,11 @@ class SeenRigid:
         return np.column_stack([*columns, times])
 
     def pieces(self, left: np.ndarray, right: np.ndarray, needed: Sequence[int]) -> dict[int, Poly] | None:
-        turned = [i for i in needed if i < 10]
-        found = turned_pieces(self.curve, left, right, turned) if turned else {}
+        turned, curve, found = [i for i in needed if i < 10], self.curve, {}
+        if turned:
+            if not isinstance(curve, QuaternionMotion):
+                return None
+            found = turned_pieces(curve, left, right, turned)
         if isinstance(self.motion, PoseMotion):
             moved = SeenSpline(self.motion.translation, shape=(3, 1))
             path = [i - 10 for i in needed if 10 <= i < 22]
@@ -241,7 +244,7 @@ def seen(motion: object) -> Seen:
     """A motion or curve of any kind as jets; InputError where it is none."""
     if isinstance(motion, AffineMotion):
         return SeenSpline(motion.spline, motion.dimension)
-    if isinstance(motion, QuaternionMotion | PoseMotion):
+    if isinstance(motion, QuaternionMotion | ProductMotion | PoseMotion):
         return SeenRigid(motion)
     spline = _as_spline(motion)
     if spline is not None:

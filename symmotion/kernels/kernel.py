@@ -6,7 +6,7 @@ from sys import intern
 
 import casadi as ca
 
-from symmotion.kernels.hessians import LONG, Inner, second_order
+from symmotion.kernels.hessians import LONG, second_order
 from symmotion.kernels.packing import packed
 
 
@@ -19,7 +19,6 @@ class Kernel:
     out: (C, 1) expression of z and data: the residuals or the integrand of a term, or the
         components of a constraint.
     squares: whether a term is the sum of the squares of `out` (else the sum of `out`).
-    inner: see `through`.
 
     >>> kernel = sm.affine_program(sm.examples.planar_keyframes()).terms[0].kernel
     >>> kernel
@@ -31,18 +30,6 @@ class Kernel:
     out: ca.SX
     channels: int
     squares: bool = False
-    inner: Inner | None = None
-
-    @staticmethod
-    def through(
-        z: ca.SX, data: ca.SX, out: ca.SX, symbols: ca.SX, values: ca.SX, channels: int, squares: bool = False
-    ) -> "Kernel":
-        """A kernel whose `out` reads z mostly through few numbers: symbols (W, 1) in it, whose values are (W, 1) of z.
-
-        Its Hessian is that by these numbers, chained: shorter than one by z.
-        """
-        plain = ca.substitute(out, symbols, values)
-        return Kernel(z, data, plain, channels, squares, (symbols, values, out))
 
     def __repr__(self) -> str:
         return f"Kernel({self.nature})"
@@ -56,16 +43,13 @@ class Kernel:
 
     @property
     def rows(self) -> int:
+        """How many combinations of controls it reads at a node."""
         return self.z.numel() // self.channels
 
     @cached_property
     def code(self) -> str:
         """The kernel as text, the same for equal kernels: the key of the compile cache."""
-        if self.inner is None:
-            return ca.Function("kernel", [self.z, self.data], [ca.densify(self.out)]).serialize()
-        symbols, values, out = self.inner
-        pair = [ca.densify(out), ca.densify(values)]
-        return ca.Function("kernel", [self.z, self.data, symbols], pair).serialize()
+        return ca.Function("kernel", [self.z, self.data], [ca.densify(self.out)]).serialize()
 
     @cached_property
     def linear(self) -> bool:
@@ -95,22 +79,18 @@ class Kernel:
 @lru_cache(maxsize=512)
 def written_kernel(code: str, channels: int, squares: bool) -> Kernel:
     """The kernel of a text that `Kernel.code` gave, the same object for equal texts."""
-    z, data, out, inner = _written(code)
-    kernel = Kernel(z, data, out, channels, squares, inner)
+    z, data, out = _written(code)
+    kernel = Kernel(z, data, out, channels, squares)
     # With symbols of other names the text would be another, and what is compiled under this one not found.
     kernel.__dict__["code"] = code
     return kernel
 
 
-def _written(code: str) -> tuple[ca.SX, ca.SX, ca.SX, Inner | None]:
-    """z, data, out and inner of a kernel that `Kernel.code` is the text of."""
+def _written(code: str) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """z, data and out of a kernel that `Kernel.code` is the text of."""
     base = ca.Function.deserialize(code)
     z, data = ca.SX.sym("z", base.size1_in(0)), ca.SX.sym("data", base.size1_in(1))
-    if base.n_in() == 2:
-        return z, data, base(z, data), None
-    symbols = ca.SX.sym("inner", base.size1_in(2))
-    outer, values = base(z, data, symbols)
-    return z, data, base(z, data, values)[0], (symbols, values, outer)
+    return z, data, base(z, data)
 
 
 @lru_cache(maxsize=512)
@@ -129,7 +109,7 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     "along" J mu, (C,), and "line" the five coefficients of φ along z + α mu, for out up to quadratic, mu having the
     shape of z in both.
     """
-    z, data, out, inner = _written(code)
+    z, data, out = _written(code)
     mu = ca.SX.sym("mu", out.numel())
     theta, sigma = ca.SX.sym("theta"), ca.SX.sym("sigma", out.numel())
     phi = ca.sumsqr(out) if squares else ca.dot(mu, out)
@@ -143,7 +123,7 @@ def derive(code: str, kind: str, channels: int, squares: bool) -> ca.Function:
     elif kind == "gradient":
         result = ca.gradient(phi, z)
     elif kind in ("hessian", "barrier"):
-        hessian, gradient = second_order(z, data, out, inner, squares, theta, mu, sigma if kind == "barrier" else None)
+        hessian, gradient = second_order(z, data, out, squares, theta, mu, sigma if kind == "barrier" else None)
         # One triangle is computed: CasADi does not see that the two are equal.
         result = packed(ca.triu(hessian), channels)
         inputs, outputs = [*inputs, theta, *([sigma] if kind == "barrier" else [])], [gradient]

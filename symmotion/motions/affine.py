@@ -67,19 +67,22 @@ class AffineMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in, d = 2 or 3."""
         return self.linear.shape[-1]
 
     @property
     def degree(self) -> int:
+        """The degree of the spline in time."""
         return self.basis.degree
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time."""
         return self.basis.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the polynomial pieces, ends of the domain included."""
+        """(K,) the borders of the polynomial pieces, ends of the domain included."""
         return self.basis.breakpoints
 
     def __repr__(self) -> str:

@@ -73,15 +73,17 @@ class RetimedMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in, d = 2 or 3."""
         return dimension_of(self.motion)
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last of the new times."""
         return self.warp.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The times between which it is smooth."""
+        """(K,) the times between which it is smooth."""
         inner = marks_of(self.motion)[1:-1]
         if isinstance(self.warp, ArcParameter):
             return distinct(np.concatenate([self.warp.breakpoints, self.warp.preimages(inner)]), self.domain)
@@ -130,6 +132,7 @@ class SequentialMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in, d = 2 or 3."""
         return dimension_of(self.motions[0])
 
     @property
@@ -140,11 +143,12 @@ class SequentialMotion:
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First time of the first motion and last time of the last, one after the other."""
         return float(self.ends[0]), float(self.ends[-1])
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The times between which it is smooth."""
+        """(K,) the times between which it is smooth."""
         marks = [marks_of(m) - m.domain[0] + end for m, end in zip(self.motions, self.ends, strict=False)]
         return distinct(np.concatenate([self.ends, *marks]), self.ends)
 
@@ -195,16 +199,18 @@ class RelativeMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the bodies are in, d = 2 or 3."""
         return dimension_of(self.motion)
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last of the times that both motions have."""
         (a, b), (c, d) = self.motion.domain, self.reference.domain
         return max(a, c), min(b, d)
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The times between which it is smooth."""
+        """(K,) the times between which it is smooth."""
         both = np.concatenate([marks_of(self.motion), marks_of(self.reference)])
         a, b = self.domain
         return distinct(np.concatenate([[a, b], both[(both > a) & (both < b)]]), self.domain)
@@ -309,11 +315,12 @@ class PointPath:
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time, those of the motion."""
         return self.motion.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The times between which it is smooth."""
+        """(K,) the times between which it is smooth."""
         return marks_of(self.motion)
 
     def __call__(self, t: ArrayLike, nu: int = 0, extrapolate: bool = False) -> np.ndarray:

@@ -149,6 +149,7 @@ class Keyframes:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in, d = 2 or 3."""
         return self.linear.shape[-1]
 
     @property

@@ -30,10 +30,14 @@ class Moving(Protocol):
     """
 
     @property
-    def dimension(self) -> int: ...
+    def dimension(self) -> int:
+        """Of the space that the body is in, d = 2 or 3."""
+        ...
 
     @property
-    def domain(self) -> tuple[float, float]: ...
+    def domain(self) -> tuple[float, float]:
+        """First and last time."""
+        ...
 
     def __call__(self, t: ArrayLike, nu: int = 0, /) -> Affine:
         """The nu-th derivative at times t: linear t.shape + (d, d), translation t.shape + (d,)."""

@@ -7,7 +7,9 @@ from symmotion.brief import between
 from symmotion.errors import InputError
 from symmotion.motions.motion import matrix, trajectory
 from symmotion.motions.position import Affine
-from symmotion.motions.quaternions.curve import QuaternionMotion, turned
+from symmotion.motions.quaternions.curve import QuaternionMotion
+from symmotion.motions.quaternions.products import ProductMotion
+from symmotion.motions.quaternions.turning import turned
 from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import Spline
@@ -19,7 +21,8 @@ from symmotion.values import value
 class PoseMotion:
     """The rigid motion x ↦ v(t) + q(t) x q(t)⁻¹.
 
-    orientation: a quaternion curve; translation: a spline with control points (n, 3) over the same domain.
+    orientation: a quaternion curve, for programs and fairing one over B-splines.
+    translation: a spline with control points (n, 3) over the same domain.
 
     Raises InputError where the parts have other domains, and for times outside.
 
@@ -30,7 +33,7 @@ class PoseMotion:
     (3,)
     """
 
-    orientation: QuaternionMotion
+    orientation: QuaternionMotion | ProductMotion
     translation: Spline
 
     def __post_init__(self):
@@ -46,15 +49,17 @@ class PoseMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time."""
         return self.orientation.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the pieces of orientation and translation, ends of the domain included."""
+        """(K,) the borders of the pieces of orientation and translation, ends of the domain included."""
         turning = self.orientation.breakpoints
         return distinct([*turning, *self.translation.breakpoints], turning)
 

@@ -122,6 +122,7 @@ class RationalMotion:
 
     @property
     def spherical(self) -> bool:
+        """Whether it only turns: there is no dual part."""
         return self.dual is None
 
     @property
@@ -140,15 +141,17 @@ class RationalMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time."""
         return self.basis.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the spans, ends of the domain included."""
+        """(K,) the borders of the spans, ends of the domain included."""
         return self.basis.breakpoints
 
     @cached_property
@@ -218,15 +221,17 @@ class CurveMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time, the parameters of the ends of the curve."""
         return self.curve.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the curve's pieces, and when it crosses a knot line of the two-parameter motion."""
+        """(K,) the borders of the curve's pieces, and when it crosses a knot line of the two-parameter motion."""
         times = [self.curve.breakpoints]
         for k, basis in enumerate(self.surface.bases):
             coordinate = Spline(self.curve.basis, self.curve.control_points[:, k])

@@ -95,6 +95,7 @@ class TwoParameterMotion:
 
     @property
     def spherical(self) -> bool:
+        """Whether it only turns: there is no dual part."""
         return self.dual is None
 
     @property

@@ -62,6 +62,7 @@ class Block:
 
     @property
     def elements(self) -> int:
+        """How many elements it has, E, each with the same number of nodes."""
         return self.count // self.nodes
 
     def with_data(self, data: np.ndarray) -> "Block":
@@ -94,6 +95,7 @@ class Block:
 
     @cached_property
     def local(self) -> LocalTables:
+        """The tables by which its nodes read their controls."""
         return self.tables(self.operator)
 
     def tables(self, operator: sparse.csr_array) -> LocalTables:

@@ -47,10 +47,12 @@ class Bounded:
 
     @property
     def lower(self) -> np.ndarray:
+        """(bounds,) the lower sides of what is bounded, −∞ where there is none."""
         return self.bounds.lower
 
     @property
     def upper(self) -> np.ndarray:
+        """(bounds,) the upper sides of what is bounded, ∞ where there is none."""
         return self.bounds.upper
 
     @property

@@ -85,6 +85,7 @@ class Evaluator:
         return values
 
     def objective(self, x: np.ndarray) -> float:
+        """The objective's value at x (unknowns,)."""
         self.counts["objective"] += 1
         began = perf_counter()
         value = sum(e.value(controls) for e, controls in self._read(self.terms, x))

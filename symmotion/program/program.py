@@ -40,6 +40,7 @@ class ParameterPlace:
 
     @property
     def columns(self) -> slice:
+        """The columns of the block's data that hold the parameter."""
         return slice(self.first, self.first + int(np.prod(self.shape)))
 
 
@@ -86,14 +87,17 @@ class Constraint:
 
     @property
     def name(self) -> str:
+        """The name of its block, by which multipliers and reports tell of it."""
         return self.block.name
 
     @property
     def size(self) -> int:
+        """How many conditions it is, E · C."""
         return self.lower.size
 
     @property
     def is_equality(self) -> bool:
+        """Whether all its conditions are equalities."""
         return bool((self.lower == self.upper).all())
 
     @property
@@ -329,6 +333,7 @@ class Program(Generic[DesignT]):
 
     @property
     def unknowns(self) -> int:
+        """How many numbers are unknown: of all variables together."""
         return sum(v.size for v in self.start.values())
 
     @property
@@ -367,7 +372,7 @@ class Program(Generic[DesignT]):
         return self.pack(values)
 
     def pack(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Named arrays as one vector x."""
+        """(unknowns,) named arrays as one vector x."""
         return np.concatenate([np.asarray(values[name], dtype=float).ravel() for name in self.start])
 
     def unpack(self, x: np.ndarray) -> dict[str, np.ndarray]:
@@ -400,10 +405,12 @@ class Program(Generic[DesignT]):
 
     @cached_property
     def lower(self) -> np.ndarray:
+        """(conditions,) the lower sides, −∞ where there is none."""
         return np.concatenate([c.lower.ravel() for c in self.constraints]) if self.constraints else np.empty(0)
 
     @cached_property
     def upper(self) -> np.ndarray:
+        """(conditions,) the upper sides, ∞ where there is none."""
         return np.concatenate([c.upper.ravel() for c in self.constraints]) if self.constraints else np.empty(0)
 
     @property
@@ -413,6 +420,7 @@ class Program(Generic[DesignT]):
 
     @property
     def equalities_only(self) -> bool:
+        """Whether it has no inequalities."""
         return all(c.is_equality for c in self.constraints)
 
     @property

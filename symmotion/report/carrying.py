@@ -67,6 +67,7 @@ class Travelling:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the curve is in, d."""
         return dimension_of(self)
 
     def __call__(self, t: ArrayLike, nu: int = 0, /) -> Affine:

@@ -98,6 +98,7 @@ class Player:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the bodies are in, 2 or 3."""
         return self.body.dimension
 
     @property
@@ -318,6 +319,7 @@ class StudyRecord:
 
     @property
     def status(self) -> str:
+        """ "ok", or "failed" where there is no result."""
         return "failed" if self.result is None else "ok"
 
 

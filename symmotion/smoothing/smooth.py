@@ -4,65 +4,35 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-import casadi as ca
 import numpy as np
 
 from symmotion import checks
 from symmotion.brief import in_a_line
 from symmotion.design import affine_program, fit_program
+from symmotion.design.amounts import ORDERS, Amount, amount, controls_of
 from symmotion.design.fit_space import fit_basis
-from symmotion.energies import Energy, Rigidity, TrajectoryEnergy
+from symmotion.energies import Roughness
 from symmotion.errors import InputError
 from symmotion.files import read_recording
 from symmotion.files.formats import FilePath
-from symmotion.jets import Jet
 from symmotion.motions import Keyframes
 from symmotion.program import Program
-from symmotion.smoothing.choosing import ORDERS, Amount, amount, controls_of
+from symmotion.smoothing.interpolating import own_objective
 from symmotion.solvers import ExactNewton, Solution
-from symmotion.splines import Spline
+from symmotion.splines import BSplineBasis, Spline
+from symmotion.splines.instants import distinct
 
 Noise: TypeAlias = float | Sequence[float] | None
 FEWEST = 8  # samples of which noise can be estimated
 SHARE = 3.0  # controls per degree of freedom
-MOST = 0.9  # controls per sample: with as many, least squares alone would be close to singular
-RIGID = 1e-6
-# Of the median step squared: with less R leaves free how fast a rigid body turns, with more it is not kept rigid.
-BENDING = 0.1
-
-
-@dataclass(frozen=True, eq=False)
-class Roughness(Energy):
-    """∫ w_A ‖A^(k)‖² + w_v ‖v^(l)‖² dt: how rough turn and place are, each by a derivative of its own.
-
-    turn, place: w_A and w_v; orders: (k, l), 2 or 3.
-
-    >>> from symmotion.smoothing import Roughness
-    >>> motion = sm.interpolants.component_cubic(sm.examples.planar_keyframes())
-    >>> sm.measure(motion, Roughness(1.0, 1.0)) > 0
-    True
-    """
-
-    turn: float
-    place: float
-    orders: tuple[int, int] = (2, 2)
-
-    def residuals(self, jet: Jet) -> ca.SX:
-        turns, places = {2: jet.ddA, 3: jet.dddA}, {2: jet.ddv, 3: jet.dddv}
-        weighted = (np.sqrt(self.turn) * ca.vec(turns[self.orders[0]]), np.sqrt(self.place) * places[self.orders[1]])
-        return ca.vertcat(*weighted)
-
-    def nodes(self, degree: int) -> int:
-        return max(1, degree - min(self.orders) + 1)
-
-    @property
-    def exact(self) -> bool:
-        return True
+TAKEN = 0.8  # degrees of freedom a sample beyond which what is left hardly tells the noise
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """What `smooth` solves: the program, and in notes what was chosen and why.
+
+    noise: what was found to be left, (σ of places, σ of turns in rad) about each axis; None where keyframes are met.
 
     >>> from symmotion.smoothing import plan
     >>> plan(sm.examples.recorded_tour(30)).program.unknowns > 0
@@ -71,6 +41,7 @@ class Plan:
 
     program: Program
     notes: tuple[str, ...]
+    noise: tuple[float, float] | None = None
 
     __repr__ = in_a_line
 
@@ -79,7 +50,9 @@ class Plan:
 
     def solve(self, solver: ExactNewton | None = None) -> Solution:
         """The solution; SolveError where there is none."""
-        return (solver or ExactNewton()).solve(self.program).require()
+        # A start that is given is taken for close to the minimum, where one evaluation of the Hessian serves.
+        start = None if self.noise is None else self.program.x0
+        return (solver or ExactNewton()).solve(self.program, start=start).require()
 
 
 def smooth(recording: Keyframes | FilePath, *, noise: Noise = None) -> Solution:
@@ -87,8 +60,9 @@ def smooth(recording: Keyframes | FilePath, *, noise: Noise = None) -> Solution:
 
     With noise the spline of least Σ ‖x(t_i) − x_i‖² + λ ∫ ‖x^(k)‖² dt, x the linear part and the translation, each
     with a k ∈ {2, 3} and λ of its own: by the noise where it is given (Mallows 1973), else by generalised
-    cross-validation; controls are three times the degrees of freedom that this leaves. Without noise the
-    motion through all keyframes of least R + w E, w a tenth of the median step squared.
+    cross-validation; controls are three times the degrees of freedom that this leaves, at most one a sample. Without
+    noise the motion through all keyframes: of rigid ones of least `rigid_objective`, else of least R + w E, w a tenth
+    of the median step squared.
 
     recording: keyframes, or a path for `read_keyframes`. noise: (σ of places, in the unit of length, σ of turns, in
     rad), standard deviations about each axis, 0 to interpolate; estimated when left out.
@@ -139,26 +113,10 @@ def _noise(noise: Noise) -> tuple[float, float] | None:
     return place, turn
 
 
-def is_rigid(keyframes: Keyframes) -> bool:
-    """Whether all linear parts are rotations, to 1e-6.
-
-    keyframes: affine, in the plane or in space.
-
-    >>> from symmotion.smoothing import is_rigid
-    >>> is_rigid(sm.examples.quarter_turn()), is_rigid(sm.examples.planar_keyframes())
-    (True, False)
-    """
-    a = keyframes.linear
-    off = np.abs(np.swapaxes(a, 1, 2) @ a - np.eye(keyframes.dimension)).max()
-    return bool(off <= RIGID and (np.linalg.det(a) > 0).all())
-
-
 def _interpolating(keyframes: Keyframes, notes: list[str]) -> Plan:
-    d = keyframes.dimension
-    bends = TrajectoryEnergy(np.concatenate([np.eye(d), -np.eye(d)]))
-    weight = BENDING * float(np.median(np.diff(keyframes.times))) ** 2
-    notes.append(f"a motion through all {len(keyframes)} keyframes, of least R + {weight:.3g} E, a knot a segment")
-    return Plan(affine_program(keyframes, objective=Rigidity() + weight * bends), tuple(notes))
+    objective, said = own_objective(keyframes)
+    notes.append(f"a motion through all {len(keyframes)} keyframes, of least {said}, a knot a segment")
+    return Plan(affine_program(keyframes, objective=objective), tuple(notes))
 
 
 def _fitting(samples: Keyframes, given: tuple[float, float] | None, notes: list[str]) -> Plan:
@@ -169,36 +127,36 @@ def _fitting(samples: Keyframes, given: tuple[float, float] | None, notes: list[
     best = [_best(samples, part, sigma) for part, sigma in zip(values, sigmas, strict=True)]
     degree = max(2 * a.order - 1 for a in best)
     freedom = max(a.freedom for a in best)
-    controls = int(min(max(degree + 1, MOST * m), max(degree + 2, np.ceil(SHARE * freedom))))
+    controls = int(min(m, max(degree + 2, np.ceil(SHARE * freedom))))
     basis = fit_basis(samples.times, np.arange(m), degree, controls, None)
-    turn, place = (
-        amount(basis, samples.times, part, a.order, sigma) for part, a, sigma in zip(values, best, sigmas, strict=True)
-    )
+    turn, place = best
     # The data term is the mean over the points ±e_k: ‖Δv‖² + ‖ΔA‖²/d.
     roughness = Roughness(turn.weight / d, place.weight, (turn.order, place.order))
     design = fit_program(samples, objective=roughness, degree=degree, controls=controls).design
     # The program is quadratic: its minimum is where it starts, and one step certifies it.
-    chosen = (turn, place)
-    start = [controls_of(basis, samples.times, part, a) for part, a in zip(values, chosen, strict=True)]
+    start = [controls_of(basis, samples.times, part, a) for part, a in zip(values, best, strict=True)]
+    left = place.noise, float(turn.noise * np.sqrt(d / (d - 1)))
     how = "by generalised cross-validation" if given is None else "by the noise given"
+    unsure = [
+        ", which leaves little to tell noise by: give it where it is known"
+        if given is None and a.freedom > TAKEN * m
+        else ""
+        for a in best
+    ]
     notes += [
         f"a spline of degree {degree} with {controls} controls follows {m} keyframes, smoothed {how}",
         f"place: λ = {place.weight:.3g} on ∫ ‖v^({place.order})‖², {place.freedom:.4g} degrees of freedom, "
-        f"σ = {place.noise:.3g} left",
+        f"σ = {left[0]:.3g} left{unsure[1]}",
         f"turn: λ = {turn.weight:.3g} on ∫ ‖A^({turn.order})‖², {turn.freedom:.4g} degrees of freedom, "
-        f"σ = {turn.noise * np.sqrt(d / (d - 1)):.3g} rad left",
+        f"σ = {left[1]:.3g} rad left{unsure[0]}",
     ]
     design = replace(design, start=Spline(design.basis, np.concatenate(start, axis=1)), said=tuple(notes))
-    return Plan(design.program(), tuple(notes))
+    return Plan(design.program(), tuple(notes), left)
 
 
 def _best(samples: Keyframes, values: np.ndarray, sigma: float | None) -> Amount:
-    """The amount of the order that serves best, with as many controls as samples."""
-    m = len(samples)
-    found = []
-    for order in ORDERS:
-        degree = 2 * order - 1
-        if m > degree + 1:
-            basis = fit_basis(samples.times, np.arange(m), degree, m, None)
-            found.append(amount(basis, samples.times, values, order, sigma))
+    """The amount of the order that serves best, of all splines: with a knot at every sample, as the least one has."""
+    sites = distinct(samples.times, samples.times[[0, -1]])
+    bases = {order: BSplineBasis.clamped(sites, 2 * order - 1) for order in ORDERS if len(sites) > 2 * order}
+    found = (amount(basis, samples.times, values, order, sigma) for order, basis in bases.items())
     return min(found, key=lambda a: a.score)

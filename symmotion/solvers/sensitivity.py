@@ -77,6 +77,11 @@ class Sensitivity:
     def _readings(self) -> dict[str, AnyReading]:
         return {}
 
+    @cached_property
+    def _every(self) -> AnyReading:
+        """The linear algebra of all data side by side."""
+        return self.response.reading(sparse.csr_array(sparse.hstack([d.derivative for d in self._data.values()])))
+
     def __repr__(self) -> str:
         return f"Sensitivity({self.program.unknowns} unknowns; data: {', '.join(self.names) or 'none'})"
 
@@ -136,12 +141,12 @@ class Sensitivity:
             wanted = checks.shown((self.program.unknowns,))
             raise InputError(f"gradient of shape {given.shape}: finite, {wanted}, is needed, or several in a row")
         columns = np.atleast_2d(given).T
-        reply = self.response.adjoint(columns)
-        found = {}
-        for name, datum in self._data.items():
-            flat = self.reading(name).collect(reply, columns).T
-            found[name] = datum.shaped(flat if given.ndim == 2 else flat[0])
-        return found
+        every = self._every.collect(self.response.adjoint(columns), columns).T
+        ends = np.cumsum([datum.size for datum in self._data.values()])
+        parts = zip(
+            self._data.items(), np.split(every if given.ndim == 2 else every[0], ends[:-1], axis=-1), strict=True
+        )
+        return {name: datum.shaped(part) for (name, datum), part in parts}
 
     @property
     def optimum(self) -> Multipliers:

@@ -265,18 +265,22 @@ class Solution(Generic[DesignT]):
 
     @property
     def objective(self) -> float:
+        """f, the certificate's value of the objective."""
         return self.certificate.objective
 
     @property
     def stationarity(self) -> float:
+        """‖∇f + Jᵀλ‖∞ of the certificate."""
         return self.certificate.stationarity
 
     @property
     def violation(self) -> float:
+        """‖g‖∞ of the certificate, by how much a condition is missed at most, in its own units."""
         return self.certificate.violation
 
     @property
     def inertia(self) -> str:
+        """Of the certificate: "positive" (a strict local minimum), "flat", "indefinite" or "unknown"."""
         return self.certificate.inertia
 
     @property

@@ -29,7 +29,9 @@ class Judged(Protocol):
     """Whose answers are judged to a tolerance, see `Certificate.holds`; its repr is the provenance of what it finds."""
 
     @property
-    def tolerance(self) -> float: ...
+    def tolerance(self) -> float:
+        """What the certificate's numbers are held to, relative to the program's units."""
+        ...
 
 
 class Solver(Judged, Protocol):
@@ -41,7 +43,9 @@ class Solver(Judged, Protocol):
     """
 
     @property
-    def max_iterations(self) -> int: ...
+    def max_iterations(self) -> int:
+        """After how many iterations it gives up."""
+        ...
 
     def solve(self, program: Program[DesignT], start: object = None) -> Solution[DesignT]:
         """The solution, whether it is solved or not; start: as `start_vector` takes it.

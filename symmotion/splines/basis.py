@@ -121,7 +121,7 @@ class BSplineBasis:
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The different knots inside the domain, ends included: the borders of the spans."""
+        """(K,) the different knots inside the domain, ends included: the borders of the spans."""
         return self.origin + np.unique(self.knots[self.degree : self.knots.size - self.degree])
 
     @property

@@ -72,6 +72,7 @@ class Integral:
 
     @property
     def value(self) -> float:
+        """The integral: the sum of its parts."""
         return float(self.parts.sum())
 
     @property

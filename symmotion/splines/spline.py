@@ -48,15 +48,17 @@ class Spline:
 
     @property
     def degree(self) -> int:
+        """The degree of its polynomials."""
         return self.basis.degree
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last parameter."""
         return self.basis.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the polynomial pieces, ends of the domain included."""
+        """(K,) the borders of the polynomial pieces, ends of the domain included."""
         return self.basis.breakpoints
 
     def to_bspline(self) -> "Spline":
@@ -204,4 +206,6 @@ class SplineLike(Protocol):
     1
     """
 
-    def to_bspline(self) -> Spline: ...
+    def to_bspline(self) -> Spline:
+        """The same curve as a spline."""
+        ...

@@ -87,6 +87,7 @@ class MovingEllipsoid:
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time, those of the motion."""
         return self.motion.domain
 
     def __call__(self, t: ArrayLike, nu: int = 0) -> Placement:

@@ -48,6 +48,7 @@ class SweepSurface:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the surface is in."""
         return self.control_points.shape[2]
 
     @property

@@ -237,10 +237,12 @@ class Inspection:
 
     @cached_property
     def values(self) -> np.ndarray:
+        """(conditions,) the values of the conditions at x."""
         return self.evaluator.values(self.x)
 
     @cached_property
     def jacobian(self) -> sparse.csr_array:
+        """(conditions, unknowns) J, the derivatives of the conditions at x."""
         return self.evaluator.jacobian(self.x)
 
     @cached_property
@@ -269,6 +271,7 @@ class Inspection:
 
     @cached_property
     def equal(self) -> np.ndarray:
+        """(conditions,) whether each is an equality."""
         return self.program.lower == self.program.upper
 
     @cached_property
@@ -350,6 +353,7 @@ class Inspection:
         return Saddle(program, self.jacobian[rows] if len(rows) < program.conditions else self.jacobian)
 
     def certificate(self) -> Certificate:
+        """The certificate of the point; NOWHERE where the functions are not finite or nothing factorises."""
         program, evaluator, x = self.program, self.evaluator, self.x
         violation, objective = evaluator.violation(x), evaluator.objective(x)
         pull = self.transposed @ self.multipliers

@@ -105,7 +105,7 @@ class Condensed:
         self.pattern = Pattern(tuple(tables), tuple(targets), size)
 
     def feasible(self, x: np.ndarray, violation: np.ndarray) -> np.ndarray:
-        """x with the pivot controls changed so that the conditions hold."""
+        """(unknowns,) x with the pivot controls changed so that the conditions hold."""
         if not violation.any():
             return x
         x = x.copy()
@@ -130,7 +130,7 @@ class Condensed:
         return slice(0, self.pattern.size, self.band + 1)
 
     def factorise(self, flat: np.ndarray) -> np.ndarray | None:
-        """The banded Cholesky factor of the reduced Hessian, or None where it is not positive definite."""
+        """(band + 1, size) the reduced Hessian's banded Cholesky factor; None where it is not positive definite."""
         if not self.size:
             return flat
         factor, info = la.lapack.dpbtrf(self.lower_bands(flat), lower=1)
@@ -144,6 +144,7 @@ class Condensed:
         return self.expand(solution)
 
     def on_diagonal(self, values: np.ndarray) -> np.ndarray:
+        """(size,) of values (unknowns,) those of the free controls, as the reduced diagonal has them."""
         return values.reshape(-1, self.channels)[self.free].ravel()
 
     def whole_basis(self) -> sparse.csr_array:

@@ -7,6 +7,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 import numpy as np
 import scipy.linalg as la
 from scipy import sparse
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import SuperLU, splu
 
 from symmotion.errors import SolveError
@@ -157,13 +158,15 @@ class CondensedReading:
 
 @dataclass(frozen=True, eq=False)
 class SparseResponse:
-    """In all unknowns and active multipliers, by a factorisation with pivots and one step of refinement.
+    """In all unknowns and active multipliers, by a factorisation with pivots.
 
-    matrix: K, scaled by scale (unknowns + active,) from both sides; rows: (active,) which of the conditions are
-    active and independent.
+    matrix: K with its rows and columns in an order (unknowns + active,), in which it is a band as narrow as the motion
+    lets it, scaled by scale (unknowns + active,) from both sides; rows: (active,) which of the conditions are active
+    and independent.
     """
 
     matrix: sparse.csc_array
+    order: np.ndarray
     scale: np.ndarray
     rows: np.ndarray
     n: int
@@ -178,22 +181,23 @@ class SparseResponse:
         size = float(np.abs(hessian.diagonal() * unit**2).max(initial=0.0)) or 1.0
         scale = np.concatenate([unit / np.sqrt(size), np.sqrt(size) / np.where(reach > 0, reach, 1.0)])
         whole = sparse.block_array([[hessian, active.T], [active, None]], format="csr") if len(rows) else hessian
-        matrix = sparse.csc_array(scale[:, None] * sparse.csr_array(whole) * scale)
-        return SparseResponse(matrix, scale, rows, n, jacobian.shape[0])
+        matrix = sparse.csr_array(scale[:, None] * sparse.csr_array(whole) * scale)
+        order = reverse_cuthill_mckee(matrix, symmetric_mode=True)
+        return SparseResponse(sparse.csc_array(matrix[order][:, order]), order, scale, rows, n, jacobian.shape[0])
 
     @cached_property
     def _factor(self) -> SuperLU:
         try:
-            return splu(self.matrix)
+            return splu(self.matrix, permc_spec="NATURAL")
         except RuntimeError as error:
             raise SolveError("the KKT matrix is singular: the minimum does not move smoothly") from error
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         """(unknowns + active, k)."""
-        scaled = self.scale[:, None] * rhs
-        found = self._factor.solve(scaled)
-        found += self._factor.solve(scaled - self.matrix @ found)
-        return self.scale[:, None] * found
+        found = np.empty_like(rhs)
+        found[self.order] = self._factor.solve((self.scale[:, None] * rhs)[self.order])
+        found *= self.scale[:, None]
+        return found
 
     def adjoint(self, gradient: np.ndarray) -> np.ndarray:
         """(unknowns + active, k)."""

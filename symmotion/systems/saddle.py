@@ -63,7 +63,7 @@ class HessianTriangle:
 
     @property
     def diagonal(self) -> np.ndarray:
-        """Where the diagonal lies among the entries."""
+        """(unknowns,) where the diagonal lies among the entries."""
         return np.flatnonzero(self.rows == self.columns)
 
     @staticmethod
@@ -208,7 +208,7 @@ class Saddle:
         return other
 
     def feasible(self, x: np.ndarray, violation: np.ndarray) -> np.ndarray:
-        """x with the least change, in own units, that makes linear conditions hold."""
+        """(unknowns,) x with the least change, in own units, that makes linear conditions hold."""
         if self._normal is None or not violation.any():
             return x
         return x - self.unit * (self._own.T @ self._normal.solve(violation / self._reach))
@@ -308,6 +308,7 @@ class Saddle:
         return solution
 
     def on_diagonal(self, values: np.ndarray) -> np.ndarray:
+        """Of values (unknowns,), those where the Hessian's diagonal lies in the flat array."""
         return values[self._triangle.rows[self.diagonal]]
 
     def curvature(self, flat: np.ndarray) -> Curvature:

@@ -43,7 +43,7 @@ class System(Protocol[Factor]):
 
     @property
     def diagonal(self) -> slice | np.ndarray:
-        """Where the diagonal of H lies in the flat array."""
+        """Where the diagonal of H (unknowns,) lies in the flat array."""
         ...
 
     def on_diagonal(self, values: np.ndarray) -> np.ndarray:

@@ -7,12 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from numpy.typing import ArrayLike
 
+from symmotion.bodies.places import Oriented
 from symmotion.brief import instant
 from symmotion.curves import Curve
 from symmotion.errors import InputError
 from symmotion.motions import RigidSamples, TwoParameterMotion
-from symmotion.motions.interpolants.slerps import SegmentCurve
-from symmotion.motions.quaternions import QuaternionMotion
 from symmotion.motions.quaternions.algebra import rotate
 from symmotion.views.canvas import (
     MOST_MARKERS,
@@ -35,9 +34,7 @@ RateKind = Literal["rate", "sphere"]
 MOST_POINTS = 1000
 
 
-def plot_orientation(
-    motion: QuaternionMotion | SegmentCurve, axes: Axes | None = None, *, kind: RateKind = "rate"
-) -> Axes:
+def plot_orientation(motion: Oriented, axes: Axes | None = None, *, kind: RateKind = "rate") -> Axes:
     """A quaternion curve: the body rate Ω over time, or where the moving unit vectors go; returns the axes.
 
     kind: "rate", its components in the body's frame and its size, in rad/s; "sphere", the unit
@@ -158,12 +155,9 @@ def plot_curve(curve: Curve, axes: Axes | None = None, *, label: str | None = No
     return target
 
 
-def _instants(motion: QuaternionMotion | SegmentCurve | Curve) -> np.ndarray:
+def _instants(motion: Oriented | Curve) -> np.ndarray:
     """Times close enough for a smooth line, at most 1000 and the joints, where rates may jump, from both sides."""
-    if isinstance(motion, SegmentCurve):
-        joints = motion.times
-    else:
-        joints = motion.basis.breakpoints if isinstance(motion, QuaternionMotion) else motion.breakpoints
+    joints = motion.breakpoints
     t = np.linspace(motion.domain[0], motion.domain[1], int(np.clip(20 * len(joints), 300, MOST_POINTS)))
     if len(joints) > 100:
         return t

@@ -21,6 +21,7 @@ from symmotion.errors import InputError
 from symmotion.fairing import FairingResult
 from symmotion.motions import Keyframes, RigidSamples, TwoParameterMotion
 from symmotion.motions.interpolants.slerps import SegmentCurve
+from symmotion.motions.quaternions import ProductMotion
 from symmotion.program import Program
 from symmotion.solvers import Comparison, Solution
 from symmotion.svg import as_element
@@ -161,6 +162,8 @@ def _motion_facts(motion: object) -> list[tuple[str, Cell]]:
         facts += [(letter, _interval(ends)) for letter, ends in zip("uv", motion.domain, strict=True)]
     elif (ends := getattr(motion, "domain", None)) is not None:
         facts.append(("times", _interval(ends)))
+    if isinstance(motion, ProductMotion):
+        facts += [("degree", motion.functions.basis.degree), ("factors", motion.functions.n)]
     if isinstance(motion, SegmentCurve):
         facts.append(("segments", len(motion.times) - 1))
     if isinstance(motion, Keyframes | RigidSamples):

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -5,7 +6,8 @@ import pytest
 
 import symmotion as sm
 from symmotion.answers.bounds.proof import monomial_reach
-from symmotion.answers.bounds.quartic import Chart
+from symmotion.answers.bounds.quartic import Chart, gram_forms
+from symmotion.answers.bounds.relaxation import Moments, _symmetric, relaxed
 
 pytest.importorskip("clarabel", reason="the extra symmotion[global] is not installed")
 
@@ -39,6 +41,41 @@ def test_planar_keyframes_are_global(seed):
     bound = sm.lower_bound(sm.affine_program(drawn(seed), refine=0, objective=sm.Rigidity(1 + seed % 2)))
     assert bound.rank == 1 and bound.holds(1e-6) and bound.proof.shift == 0
     assert "proved" in repr(bound)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_higher_degrees_are_global_to_rounding(order):
+    bound = sm.lower_bound(sm.affine_program(turned(0, 100, -20), degree=4, refine=0, objective=sm.Rigidity(order)))
+    assert bound.rank == 1 and bound.holds(1e-10) and bound.proof.shift == 0
+    assert bound.value <= bound.best.objective
+
+
+def test_conditions_that_turn_and_scale_halve_the_matrices():
+    """The relaxation has the same value whether or not its matrices fall into halves."""
+    keys = turned(0, 140, 250)
+    keys = sm.Keyframes(keys.times, keys.linear * np.array([1.0, 2.0, 1.5])[:, None, None], keys.translation)
+    program = sm.affine_program(keys, refine=0)
+    chart = Chart.of(program, sm.ExactNewton().solve(program).x)
+    places, forms = Moments.of(chart), gram_forms(program, chart)
+    alone = replace(places, chart=replace(chart, symmetry=None))
+    one, other = (_symmetric(p, p.coefficients(forms)) for p in (places, alone))
+    assert one[0].shape[1] < 0.6 * other[0].shape[1]
+    sizes = [[part.shape[0] for part in parts] for parts in one[1]]
+    assert [sum(s) for s in sizes] == [len(p) for p in places.every] and max(max(s) for s in sizes) <= 17
+    half, whole = (relaxed(p, forms, 60.0) for p in (places, alone))
+    f = places.coefficients(forms)
+    assert f @ half.moments == pytest.approx(f @ whole.moments, rel=1e-7)
+    sums = [places.summed(zip(places.every, r.grams, strict=True)) for r in (half, whole)]
+    for polynomial in sums:
+        np.testing.assert_allclose(polynomial[1:], f[1:], atol=1e-7 * np.abs(f).max())
+
+
+def test_sheared_keyframes_have_no_symmetry():
+    program = sm.affine_program(sm.examples.sheared_turn(), refine=0)
+    chart = Chart.of(program, sm.ExactNewton().solve(program).x)
+    places = Moments.of(chart)
+    chosen, parts = _symmetric(places, places.coefficients(gram_forms(program, chart)))
+    assert chosen.shape == (places.count, places.count) and all(len(p) == 1 for p in parts)
 
 
 def test_a_minimum_that_local_searches_miss():

@@ -1,4 +1,5 @@
 from itertools import pairwise
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -6,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import symmotion as sm
 from symmotion.answers.knots import span_contributions
+from symmotion.motions.quaternions.algebra import aligned
 
 KEYS = sm.examples.random_keyframes(6, 70, 3)
 OBJECTIVE = sm.Rigidity(2) + 0.01 * sm.TrajectoryEnergy(np.eye(3))
@@ -93,6 +95,20 @@ def test_auxiliary_keyframes_lie_on_the_cubic_through_four_neighbours(count):
     assert len(rigid.rotations()) == 2 * count - 1
 
 
+def test_auxiliary_keyframes_of_the_second_kind_lie_on_rational_motions_through_four_neighbours():
+    keys = sm.examples.random_keyframes(6, 120, 2)
+    more = sm.answers.auxiliary_keyframes(keys, per_segment=2, rigid="rational")
+    assert len(more.rotations()) == 16
+    np.testing.assert_array_equal(more.linear[::3], keys.linear)
+    t, at = keys.times[1:5], more.times[7]
+    lagrange = [np.prod([(at - t[j]) / (t[i] - t[j]) for j in range(4) if j != i]) for i in range(4)]
+    q = aligned(keys.rotations()[1:5].as_quat(scalar_first=True))
+    mean = Rotation.from_quat(np.tensordot(lagrange, q, 1), scalar_first=True)
+    np.testing.assert_allclose(more.linear[7], mean.as_matrix(), atol=1e-12)
+    polar = sm.answers.auxiliary_keyframes(keys, per_segment=2, rigid="polar")
+    assert polar == sm.answers.auxiliary_keyframes(keys, per_segment=2, rigid=True)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -104,6 +120,11 @@ def test_auxiliary_keyframes_lie_on_the_cubic_through_four_neighbours(count):
                 sm.Keyframes([0, 1, 2], [np.eye(2), -0.1 * np.eye(2), np.diag([1.0, -1.0])]), rigid=True
             ),
             "between keyframes 1 and 2 the cubic is reflected",
+        ),
+        (lambda: sm.answers.auxiliary_keyframes(KEYS, rigid=cast(Any, "screw")), "there are polar, rational"),
+        (
+            lambda: sm.answers.auxiliary_keyframes(sm.examples.planar_keyframes(), rigid="rational"),
+            "bodies in space: the keyframes are in the plane",
         ),
     ],
 )

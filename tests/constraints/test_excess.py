@@ -107,6 +107,16 @@ def test_a_bound_is_above_the_true_excess_and_attained(name, share):
     assert float(found) == found.value
 
 
+def test_the_excess_of_a_product_of_turns_is_sampled():
+    curve = sm.interpolants.monotone_curve(KEYS)
+    pose = sm.motions.PoseMotion(curve, sm.curves.catmull_rom(KEYS.times, KEYS.translation))
+    worst = highest(lambda t: norm(curve.rate(t)), KEYS.times)
+    for motion in (curve, pose):
+        found = sm.excess(motion, sm.RateBound(0.5 * worst))
+        assert found.kind == "sampled"
+        assert found.value == pytest.approx(1.0, abs=1e-9)
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_nothing_is_exceeded_where_the_bound_is_wide(name):
     motion, constraint, quantity, sign = CASES[name]

@@ -159,3 +159,61 @@ def test_an_energy_without_integrand_is_refused():
 
     with pytest.raises(sm.InputError, match="energy Nothing states neither residuals nor an integrand"):
         program(Nothing())
+
+
+@pytest.mark.parametrize("orders", [(2, 2), (2, 3), (3, 2)])
+@pytest.mark.parametrize("degree", [3, 5])
+def test_roughness_is_the_integral_of_its_derivatives(orders, degree):
+    p = program(sm.energies.Roughness(2.0, 0.3, orders), degree)
+    motion = p.design.motion(p.unpack(p.x0))
+
+    def density(t):
+        linear, translation = motion(t, orders[0]).linear, motion(t, orders[1]).translation
+        return 2.0 * (linear**2).sum(axis=(-1, -2)) + 0.3 * (translation**2).sum(axis=-1)
+
+    assert value_of(p) == pytest.approx(integrate(motion, density), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [((-1.0, 1.0), "weight of the turn"), ((0.0, 0.0), "both 0"), ((1.0, 1.0, (1, 2)), "2 or 3 each")],
+)
+def test_bad_roughness(given, message):
+    with pytest.raises(sm.InputError, match=message):
+        sm.energies.Roughness(*given)
+
+
+def test_side_slip_is_the_speed_across():
+    """A body that circles with its nose ahead does not slip; one that looks outward slips with all its speed."""
+    keys, t = sm.examples.spatial_keyframes(), np.linspace(0.0, 2.0, 41)
+    turned, point = Rotation.from_rotvec(np.outer(t, [0, 0, 1.0])), np.array([0.0, 0.0, 2.0])
+    circle = sm.Keyframes(t, turned.as_matrix(), 3.0 * np.stack([np.sin(t), -np.cos(t), 0 * t], axis=1))
+    motion = sm.interpolants.component_cubic(circle)
+    assert sm.measure(motion, sm.energies.SideSlip((2, 0, 0))) < 1e-4
+    assert sm.measure(motion, sm.energies.SideSlip((0, 1, 0))) == pytest.approx(2.0 * 3.0**2, rel=1e-3)
+    # A point ahead of the axle is carried across by the turn, with a speed of its distance.
+    assert sm.measure(motion, sm.energies.SideSlip((1, 0, 0), (0.5, 0, 0))) == pytest.approx(2.0 * 0.5**2, rel=1e-3)
+    p = program(sm.energies.SideSlip((1.0, 2.0, -1.0), point), keys=keys)
+    motion, forward = p.design.motion(p.unpack(p.x0)), np.array([1.0, 2.0, -1.0]) / np.sqrt(6)
+
+    def density(t):
+        a, speed = motion(t).linear, motion(t, 1).linear @ point + motion(t, 1).translation
+        own = np.einsum("...ji,...j->...i", a, speed)
+        return (own**2).sum(axis=-1) - (own @ forward) ** 2
+
+    assert value_of(p) == pytest.approx(integrate(motion, density), rel=1e-12)
+    planar = sm.affine_program(sm.examples.planar_keyframes(), objective=sm.energies.SideSlip((1.0, 0.0)))
+    assert sm.measure(planar.design.motion(planar.start), sm.energies.SideSlip((1.0, 0.0))) > 0
+
+
+@pytest.mark.parametrize(
+    ("given", "message"), [(((0, 0),), "not zero"), (((1, 0), (1, 2, 3)), "point"), ((2.0,), "forward")]
+)
+def test_bad_side_slip(given, message):
+    with pytest.raises(sm.InputError, match=message):
+        sm.energies.SideSlip(*given)
+
+
+def test_side_slip_of_another_dimension():
+    with pytest.raises(sm.InputError, match="forward of dimension 2 for a motion in 3D"):
+        program(sm.energies.SideSlip((1.0, 0.0)))

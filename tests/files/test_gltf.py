@@ -35,7 +35,7 @@ def worst_distance(motion, path, times, seconds_per_unit=1.0) -> float:
     """The largest distance of a vertex in the file from where the motion has it."""
     scene = Scene(path)
     start, worst = motion.domain[0], 0.0
-    d = motion(start).translation.shape[-1]
+    d = motion.dimension
     for t in times:
         wanted = scene.vertices.copy()
         wanted[:, :d] = motion.trajectory(scene.vertices[:, :d], t)
@@ -161,6 +161,12 @@ def test_an_orientation_alone_turns_about_the_origin(tmp_path):
         motion.orientation, sm.splines.Spline(motion.orientation.basis, np.zeros((motion.orientation.basis.n, 3)))
     )
     assert worst_distance(turning, tmp_path / "m.glb", RNG.uniform(*motion.domain, 30)) <= 1.05 * written.error
+
+
+def test_a_product_of_turns_turns_about_the_origin(tmp_path):
+    curve = sm.interpolants.monotone_curve(sm.examples.random_keyframes(4, 120, seed=2), turns=[0, 1, 0])
+    written = write_gltf(curve, tmp_path / "m.glb")
+    assert worst_distance(curve, tmp_path / "m.glb", RNG.uniform(*curve.domain, 30)) <= 1.05 * written.error
 
 
 @pytest.mark.parametrize("motion", [EXACT["planar, C²"](), pose_motion()], ids=repr)

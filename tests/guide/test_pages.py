@@ -127,6 +127,34 @@ def test_formulas_are_set_as_tex_sets_them(formula, set_as):
     assert set_as in re.sub(r">\s+<", "><", found)
 
 
+def test_the_anchor_of_a_group_comes_once():
+    # Furo wraps a table and gives both its anchor.
+    found = [text.split(".. py:module:: ")[1].split("\n", 1)[1] for text in map(reference._group, ["jets", "curves"])]
+    assert not any(after.lstrip().startswith("..") for after in found)
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES if name.startswith("explanation/")])
+def test_in_explanations_every_displayed_formula_stands_beside_its_line(name):
+    assert "$$" not in source(name)
+
+
+@pytest.mark.parametrize(
+    ("tex", "parts"),
+    [
+        (r"a = b, \quad c = d \qquad e", ["a = b,", "c = d", "e"]),
+        # Inside of braces, brackets that grow, and tables a formula is one.
+        (r"\frac{a \quad b}{c}", [r"\frac{a \quad b}{c}"]),
+        (r"\left\{ a \quad b \right\} \quad c", [r"\left\{ a \quad b \right\}", "c"]),
+        (r"\begin{pmatrix} a \quad b \end{pmatrix}", [r"\begin{pmatrix} a \quad b \end{pmatrix}"]),
+    ],
+)
+def test_formulas_side_by_side_can_stand_below_each_other(tex, parts):
+    pytest.importorskip("docutils")
+    from studies.guide.building.mathml import apart
+
+    assert apart(tex) == parts
+
+
 def test_the_gallery_shows_studies_that_there_are():
     found = {study.name: study.subject for study in discover()}
     assert all(found[name] == subject for subject, names in SHOWN.items() for name in names)

@@ -11,6 +11,8 @@ PAGE = """# Symmotion
 
 $x^2$, and `sm.InputError`.
 
+$$x = \\sum_{i = 1}^{n} a_i + b_i + c_i + d_i + e_i + f_i + g_i, \\qquad y = a + b + c + d + e + f + g + h$$
+
 ```{formula} symmotion/version.py
 :code: __version__ =
 :of: symmotion.InputError
@@ -74,6 +76,16 @@ def test_the_site_is_read_and_searched_without_a_network(site, browser):
     page.wait_for_selector("#search-results li a")
     assert page.locator("#search-results li a").first.inner_text() == "Symmotion"
     assert trouble == [] and [url for url in asked if not url.startswith(("file:", "data:"))] == []
+    context.close()
+
+
+def test_on_a_phone_nothing_sticks_out_and_formulas_stand_below_each_other(site, browser):
+    context = browser.new_context(viewport={"width": 390, "height": 800}, is_mobile=True)
+    page = context.new_page()
+    page.goto(site.as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    upper, lower = (found.bounding_box() for found in page.locator("div.math").first.locator("math").all())
+    assert upper and lower and upper["y"] + upper["height"] <= lower["y"] and lower["x"] + lower["width"] <= 390
     context.close()
 
 

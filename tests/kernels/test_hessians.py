@@ -1,13 +1,10 @@
-"""Hessians of kernels against CasADi's own: of long ones, and of those that go through few numbers."""
-
-import pickle
+"""Hessians of kernels against CasADi's own: of long ones."""
 
 import casadi as ca
 import numpy as np
 import pytest
 
 import symmotion as sm
-from symmotion.kernels import Kernel
 from symmotion.kernels.hessians import LONG
 from symmotion.kernels.packing import packed, unpacked
 
@@ -59,13 +56,6 @@ def written(kernel, kind, z, data, mu, theta, sigma):
     return np.asarray(both[0]), np.asarray(both[1]).ravel()
 
 
-def through(squares):
-    """sin and products of ‖z‖² and z₀ z₁, and z itself beside them."""
-    z, data, w = ca.SX.sym("z", 4), ca.SX.sym("data", 1), ca.SX.sym("w", 2)
-    out = ca.vertcat(data * ca.sin(w[0] * w[1]), w[1] ** 2 * z[2], z[3] + w[0])
-    return Kernel.through(z, data, out, w, ca.vertcat(ca.sumsqr(z), z[0] * z[1]), 2, squares)
-
-
 TERMS = {t.name: t.kernel for t in POSE.terms}
 LONGER = sm.pose_program(KEYS, degree=5)
 KEYFRAMES = LONGER.constraint("keyframes").block.kernel
@@ -94,24 +84,3 @@ def test_what_was_packed_is_unpacked(rows, channels):
     matrix += matrix.T
     found = unpacked(np.asarray(ca.DM(packed(ca.SX(ca.DM(matrix)), channels))).T, rows, channels)[0]
     np.testing.assert_allclose(found.swapaxes(1, 2).reshape(size, size), matrix, atol=1e-15)
-
-
-@pytest.mark.parametrize(("kind", "squares"), [("hessian", True), ("hessian", False), ("barrier", False)])
-def test_hessians_through_few_numbers_are_those_of_casadi(kind, squares):
-    kernel = through(squares)
-    given = numbers(kernel, RNG.normal(size=4))
-    function = kernel.function(kind)
-    packed, gradient = function(*given[: function.n_in()])
-    found = whole(kernel, packed), np.asarray(gradient).ravel()
-    for part, right in zip(found, written(kernel, kind, *given), strict=True):
-        np.testing.assert_allclose(part, right, atol=1e-13 * np.abs(right).max())
-
-
-def test_a_kernel_through_few_numbers_pickles_as_itself():
-    kernel = through(True)
-    again = pickle.loads(pickle.dumps(kernel))
-    assert again.code == kernel.code
-    assert again.function("hessian") is kernel.function("hessian")
-    given = RNG.normal(size=4), [0.7]
-    first, second = (np.asarray(ca.Function("f", [k.z, k.data], [k.out])(*given)) for k in (kernel, again))
-    np.testing.assert_array_equal(first, second)

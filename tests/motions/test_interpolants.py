@@ -4,13 +4,15 @@ from typing import Any
 import numpy as np
 import pytest
 from problems import body_points
+from scipy.interpolate import CubicSpline
 from scipy.linalg import expm, fractional_matrix_power, logm
-from scipy.spatial.transform import RotationSpline, Slerp
+from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 
 import symmotion as sm
 from studies.affine import baselines
 from symmotion.motions.examples import rotation_2d
-from symmotion.motions.interpolants.blends import component_cubic, log_blend, polar_blend, steady_morph
+from symmotion.motions.interpolants import component_cubic, log_blend, polar_blend, rational_spline, steady_morph
+from symmotion.motions.quaternions import algebra as qa
 from symmotion.motions.rigid import orthonormalise
 from symmotion.report import StudyOptions
 
@@ -173,6 +175,9 @@ def with_matrices(*linear):
         (lambda: steady_morph(with_matrices(rotation_2d(30), rotation_2d(210))), "keyframe 1 against keyframe 0"),
         (lambda: steady_morph(with_matrices(np.eye(2), np.diag([1, 0]))), "keyframe 1 is singular"),
         (lambda: polar_blend(with_matrices(np.eye(2), np.diag([1, -1]))), "keyframe 1 is reflected"),
+        (lambda: rational_spline(SETS["planar"]), "the keyframes are in the plane"),
+        (lambda: rational_spline(SETS["spatial"]), "position 1 is not rigid"),
+        (lambda: rational_spline(SETS["large turns"], "clamped"), "there are natural, not-a-knot"),
         (lambda: polar_blend(SETS["two"], "squad"), "'squad' is unknown; there are spline, slerp"),  # pyright: ignore
         (lambda: log_blend(SETS["two"], 2), "degree 2 of the logarithm"),  # pyright: ignore
         (lambda: polar_blend(SETS["spatial"])(0.5, 3), "derivative order 3 .* 0 to 2"),
@@ -186,6 +191,37 @@ def test_what_a_baseline_cannot_do_is_named(call, message):
         call()
 
 
+@pytest.mark.parametrize("degrees", [60, 170])
+def test_the_rational_spline_is_scipys_cubic_of_dual_quaternions(degrees):
+    keys = sm.examples.random_keyframes(6, degrees, 3)
+    motion, t = rational_spline(keys), np.linspace(keys.times[0], keys.times[-1], 60)
+    q = qa.aligned(np.roll(keys.rotations().as_quat(), 1, axis=1))
+    moved = np.concatenate([np.zeros((6, 1)), keys.translation], axis=1)
+    spline = CubicSpline(keys.times, np.concatenate([q, qa.product(moved, q) / 2], axis=1), bc_type="natural")
+    real, dual = np.split(spline(t), 2, axis=1)
+    np.testing.assert_allclose(motion(t).linear, Rotation.from_quat(np.roll(real, -1, axis=1)).as_matrix(), atol=1e-12)
+    places = 2 * qa.product(dual, qa.conjugate(real)) / np.sum(real**2, axis=1, keepdims=True)
+    np.testing.assert_allclose(motion(t).translation, places[:, 1:], atol=1e-11)
+    np.testing.assert_allclose(motion(keys.times).linear, keys.linear, atol=1e-12)
+    np.testing.assert_allclose(motion(keys.times).translation, keys.translation, atol=1e-12)
+    for nu in (1, 2):
+        before, behind = motion.matrix(np.nextafter(keys.times[1:-1], 0), nu), motion.matrix(keys.times[1:-1], nu)
+        np.testing.assert_allclose(before, behind, atol=1e-9 * np.abs(behind).max())
+
+
+def test_the_rational_spline_is_the_same_seen_from_elsewhere_and_the_cubic_of_what_does_not_turn():
+    keys = sm.examples.random_keyframes(5, 100, 1)
+    t = np.linspace(keys.times[0], keys.times[-1], 40)
+    others = sm.examples.random_keyframes(2, 80, 9)
+    outer, inner = component_cubic(others).matrix(others.times)
+    seen = outer @ component_cubic(keys).matrix(keys.times) @ inner
+    other = rational_spline(sm.Keyframes(keys.times, seen[:, :3, :3], seen[:, :3, 3]))
+    np.testing.assert_allclose(other.matrix(t), outer @ rational_spline(keys).matrix(t) @ inner, atol=1e-11)
+    still = rational_spline(sm.Keyframes(keys.times, np.tile(np.eye(3), (5, 1, 1)), keys.translation))
+    expected = CubicSpline(keys.times, keys.translation, bc_type="natural")
+    np.testing.assert_allclose(still(t).translation, expected(t), atol=1e-12)
+
+
 def test_baselines_study():
     result = baselines.STUDY.run(StudyOptions())
     (table,) = result.tables
@@ -196,5 +232,11 @@ def test_baselines_study():
     assert rows["rigid, 70°", "polar, C² rotation"]["R"] < 1e-24
     assert rows["rigid, 70°", "polar, C² rotation"]["velocity jump"] == 0
     assert rows["rigid, 70°", "polar, slerp"]["velocity jump"] > 1
+    for name in baselines.RIGID:
+        row = rows["rigid, 150°", name]
+        assert row["from rigid"] < 1e-12 and row["R"] < 1e-24 and row["acceleration jump"] == 0
+    assert "C² and rigid are: logarithm, cubic; polar, C² rotation; quaternions, cumulative; rational" in (
+        result.conclusion or ""
+    )
     assert all(run.certified for run in result.runs if run.method == "newton")
     assert len(result.figures) == 4

@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 import pytest
+import splines.quaternion as recursive
 from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 from turns import AXIS, units
 
@@ -197,6 +198,63 @@ def test_baselines_interpolate_with_continuous_rate(make):
     np.testing.assert_allclose(world.rate, qa.rotate(curve(x), curve.jet(x).rate), atol=1e-13)
 
 
+def package(q):
+    """Quaternions of the package `splines`."""
+    return [recursive.UnitQuaternion.from_unit_xyzw(np.roll(row, -1)) for row in q]
+
+
+@pytest.mark.parametrize(
+    ("make", "other"), [(squad, recursive.Squad), (sm.interpolants.barry_goldman, recursive.BarryGoldman)]
+)
+def test_squad_and_barry_goldman_at_uneven_times_are_those_of_another_package(make, other):
+    q, t = qa.aligned(units(8, 9, angle=1.1)), np.array([0.0, 0.6, 1.3, 2.0, 3.5, 4.4, 6.0, 6.3])
+    curve = make(t, q)
+    # Theirs is closed: between the second keyframe and the last but one it has the same neighbours.
+    theirs = other(package(q), np.append(t, 7.0))
+    x = np.linspace(t[1], t[-2], 40)
+    expected = np.array([[p.scalar, *p.vector] for p in (theirs.evaluate(s) for s in x)])
+    np.testing.assert_allclose(np.abs(np.sum(curve(x) * expected, axis=1)), 1.0, atol=1e-12)
+    before, behind = curve.jet(np.nextafter(t[1:-1], 0)), curve.jet(t[1:-1])
+    np.testing.assert_allclose(before.rate, behind.rate, atol=1e-9)
+    assert np.abs(before.acceleration - behind.acceleration).max() > 0.1
+
+
+def test_barry_goldman_about_one_axis_is_the_catmull_rom_spline():
+    heights, t = np.array([0.0, 1.1, 0.4, 2.0, 1.5]), np.array([0.0, 0.6, 1.3, 2.0, 3.5])
+    curve, scalar = (
+        sm.interpolants.barry_goldman(t, qa.exp(heights[:, None] / 2 * AXIS)),
+        sm.curves.catmull_rom(t, heights),
+    )
+    x = np.linspace(t[1], t[-2], 60)
+    np.testing.assert_allclose(curve.jet(x).rate, scalar(x, 1)[:, None] * AXIS, atol=1e-11)
+    np.testing.assert_allclose(
+        curve.jet(t[[0, -1]]).rate, (np.diff(heights) / np.diff(t))[[0, -1], None] * AXIS, atol=1e-11
+    )
+
+
+@pytest.mark.parametrize("name", ["quadratic", "cubic, clamped", "cubic, uniform", "quintic"])
+def test_b_splines_by_slerps_lose_a_derivative(name):
+    basis = BASES[name]
+    heights = np.random.default_rng(1).uniform(-1, 1, basis.n)
+    curve = sm.interpolants.slerp_bspline(basis, qa.exp(heights[:, None] / 2 * AXIS))
+    t = inside(basis)
+    scalar = sm.splines.Spline(basis, heights)
+    np.testing.assert_allclose(curve.jet(t).rate, scalar(t, 1)[:, None] * AXIS, atol=1e-11)
+    curve, inner = sm.interpolants.slerp_bspline(basis, units(basis.n, 2, angle=1.2)), basis.breakpoints[1:-1]
+    before, behind = curve.jet(np.nextafter(inner, -np.inf)), curve.jet(inner)
+    np.testing.assert_allclose(before.rate, behind.rate, atol=1e-9)
+    jump = np.abs(before.acceleration - behind.acceleration).max()
+    assert jump > 1e-3  # KKS 1: no C² by recursive slerps, where the cumulative curve has it from degree 3 on
+
+
+def test_a_b_spline_by_slerps_of_one_span_is_shoemakes_bezier():
+    q, t = units(4, 1, angle=1.0), np.linspace(2, 3, 21)
+    basis = sm.splines.BSplineBasis.clamped([2.0, 3.0], 3)
+    np.testing.assert_allclose(
+        sm.interpolants.slerp_bspline(basis, q)(t), shoemake_bezier(q, [2.0, 3.0])(t), atol=1e-14
+    )
+
+
 def test_shoemake_bezier_and_the_cumulative_one_agree_about_one_axis_and_differ_elsewhere():
     x = np.linspace(0, 1, 21)
     flat = qa.exp(np.array([0.0, 0.4, 0.9, 1.0])[:, None] * AXIS)
@@ -246,7 +304,12 @@ LINE = sm.splines.BSplineBasis.clamped([0.0, 1.0], 1)
         (lambda: qa.increments_between(np.array([ONE, HALF]), [0.5]), "whole number per interval"),
         (lambda: QuaternionMotion.bezier([ONE]), "too few: at least 2"),
         (lambda: QuaternionMotion.bspline(BASES["quintic"], units(5)), "of degree 5 with 8 functions: 8 are needed"),
-        (lambda: QuaternionMotion.bspline(BASES["closed"], units(5), turns=[1] * 4), "not periodic"),
+        (
+            lambda: QuaternionMotion.bspline(BASES["closed"], units(5), turns=[1] * 4),
+            r"whole number per interval, \(5,\)",
+        ),
+        (lambda: sm.interpolants.slerp_bspline(BASES["closed"], units(5)), "that is not periodic"),
+        (lambda: sm.interpolants.slerp_bspline(BASES["quintic"], units(5)), "needed for this basis"),
         (lambda: QuaternionMotion(sm.splines.BSplineBasis.clamped([0, 1], 0), ONE[None]), "degree 1 or more"),
         (lambda: QuaternionMotion(BASES["closed"], units(4)), "5 are needed for this basis"),
         (lambda: QuaternionMotion(sm.splines.BSplineBasis.clamped([0, 1], 1), units(2), np.zeros((1, 3))), "off by"),

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from studied import certified, table
 
-from studies.quaternions import boomerang, keyframe_body, quaternion_curves, quaternion_speed, torque
+from studies.quaternions import (
+    boomerang,
+    keyframe_body,
+    quaternion_constructions,
+    quaternion_curves,
+    quaternion_speed,
+    torque,
+)
 from studies.recorded import plates
 from studies.sweeps import sweep
 from symmotion.report import StudyOptions
@@ -20,6 +27,25 @@ def test_quaternion_curves():
     jumps = {r["quantity"]: r for r in table(result, "continuity")}
     assert jumps["acceleration"]["largest jump at a knot"] < 1e-6 < jumps["jerk"]["largest jump at a knot"]
     assert len(result.figures) == 3
+
+
+def test_quaternion_constructions():
+    result = quaternion_constructions.STUDY.run(StudyOptions())
+    jumps = {(r["neighbours apart"], r["curve"]): r for r in table(result, "continuity")}
+    assert all(r["jump of the rate"] == "0" for r in jumps.values())
+    assert all((r["jump of the acceleration"] == "0") == (key[1] == "cumulative B-spline") for key, r in jumps.items())
+    # Two slerps that meet at an angle miss what one of them would do by a term of second order.
+    assert "to the power of 2.01" in (result.conclusion or "")
+    speeds = {
+        (r["neighbours apart"], r["curve"]): float(r["fastest over slowest"].split()[0]) for r in table(result, "speed")
+    }
+    assert speeds[150, "rational spline"] > 2 * speeds[150, "C² cumulative"]
+    turns = {r["curve"]: r for r in table(result, "uneven times")}
+    for name in ("monotone, C¹", "slerp"):
+        assert turns[name]["no whole turn more"] == turns[name]["found"] == 4
+    assert turns["C² cumulative, Newton"]["no whole turn more"] < 2
+    assert turns["slerp"]["travelled over asked"] == "1"
+    assert [figure.name for figure in result.figures] == ["slerps", "accelerations", "speeds", "travels"]
 
 
 def test_torque():

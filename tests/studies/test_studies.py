@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from studied import certified, table
+from studied import certified, is_answer, table
 
 import symmotion as sm
 from studies.affine import (
@@ -16,7 +16,7 @@ from studies.affine import (
     spatial_keyframes,
     two_keyframes,
 )
-from studies.recorded import covariance, recorded_poses
+from studies.recorded import covariance, driven, recorded_motions, recorded_poses, recordings
 from studies.solving import solvers
 from symmotion.report import StudyOptions
 
@@ -134,3 +134,23 @@ def test_bands_of_fits_are_those_of_samples_drawn_anew():
         assert row["place, drawn / predicted"] == pytest.approx(1, abs=0.1)
         assert row["turn, drawn / predicted"] == pytest.approx(1, abs=0.1)
     assert certified(result)
+
+
+def test_recordings_are_smoothed_and_carried_beside_scipy(monkeypatch):
+    monkeypatch.setattr(recorded_motions, "SKELETON", Path("nowhere.bvh"))
+    monkeypatch.setattr(recordings, "NOISES", {"small": (0.003, 0.005)})
+    monkeypatch.setattr(driven, "SPACINGS", (10,))
+    monkeypatch.setattr(driven, "WEIGHTS", (10.0,))
+    result = recordings.STUDY.run(StudyOptions())
+    assert "nowhere.bvh is not beside the checkout" in result.notes[0]
+    (smoothed,) = table(result, "noise put on")
+    ratios = {name: float(smoothed[f"{name} / SciPy"].split()[0]) for name in recorded_motions.ERRORS}
+    assert max(ratios.values()) < 1.1
+    for part in ("places", "turns"):
+        # Three seeds of 100 poses in three coordinates know σ to some twentieth.
+        assert float(smoothed[f"σ of {part}, found / put on"].split()[0]) == pytest.approx(1, abs=0.15)
+    rows = table(result, "between keyframes")
+    assert len(rows) == 3 and all(r["turn, own / SciPy"] < 1 for r in rows)
+    (car,) = table(result, "a car")
+    assert float(car["place, with / without"].split()[0]) < 0.6
+    assert certified(result) and is_answer(result.answer)

@@ -82,6 +82,7 @@ SHOWN = {
     "interpolant": lambda: sm.interpolants.polar_blend(SPATIAL),
     "pose": lambda: sm.Ipopt().solve(sm.pose_program(sm.Keyframes.from_rotations(TIMES, TURNS))).motion,
     "orientation": lambda: sm.quaternions.interpolate_quaternions(TIMES, TURNS),
+    "product of turns": lambda: sm.interpolants.monotone_curve(TIMES, TURNS),
     "slerps": lambda: sm.interpolants.slerp_curve(TIMES, TURNS),
     "rational": lambda: smooth_net(6, spatial=True).isoparametric(v=4.0),
     "net": lambda: smooth_net(6),

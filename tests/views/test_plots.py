@@ -83,6 +83,7 @@ DRAWN = {
     "interpolant, space": lambda: sm.interpolants.polar_blend(SPATIAL),
     "pose": pose,
     "orientation": orientation,
+    "product of turns": lambda: sm.interpolants.monotone_curve(TIMES, TURNS),
     "slerps": lambda: sm.interpolants.slerp_curve(TIMES, TURNS),
     "spherical": lambda: smooth_net(6).isoparametric(u=4.0),
     "rational": lambda: smooth_net(6, spatial=True).isoparametric(v=4.0),

@@ -13,7 +13,7 @@ from sphinx.writers.html5 import HTML5Translator
 
 from studies.guide.building import reference, signatures
 from studies.guide.building.formulas import lines_of
-from studies.guide.building.mathml import mathml
+from studies.guide.building.mathml import apart, mathml
 
 logger = logging.getLogger(__name__)
 
@@ -67,20 +67,21 @@ class Formula(SphinxDirective):
 
 
 def _inline(self: HTML5Translator, node: nodes.math) -> None:
-    self.body.append(_mathml(node, False))
+    self.body.append(_mathml(node, node.astext(), False))
     raise nodes.SkipNode
 
 
 def _block(self: HTML5Translator, node: nodes.math_block) -> None:
-    self.body.append(f'<div class="math">{_mathml(node, True)}</div>\n')
+    formulas = "".join(_mathml(node, tex, True) for tex in apart(node.astext()))
+    self.body.append(f'<div class="math">{formulas}</div>\n')
     raise nodes.SkipNode
 
 
-def _mathml(node: nodes.Element, block: bool) -> str:
+def _mathml(node: nodes.Element, tex: str, block: bool) -> str:
     try:
-        return mathml(node.astext(), block)
+        return mathml(tex, block)
     except MathError as error:
-        logger.warning("%s: %s", node.astext(), error, location=node)
+        logger.warning("%s: %s", tex, error, location=node)
         return ""
 
 

@@ -1,5 +1,6 @@
 """Formulas as MathML that browsers set as TeX does: what Docutils makes of them, put right in three places."""
 
+import re
 from xml.etree import ElementTree
 
 from docutils.utils.math.latex2mathml import tex2mathml
@@ -7,6 +8,18 @@ from docutils.utils.math.latex2mathml import tex2mathml
 SPACE = "http://www.w3.org/1998/Math/MathML"
 APPLY = "\u2061"
 THIN = "0.1667em"
+
+
+def apart(tex: str) -> list[str]:
+    """The formulas that stand side by side, a quad between them: on a narrow screen one goes below the other."""
+    parts, depth = [""], 0
+    for piece in re.split(r"(\\q?quad(?![a-zA-Z])|\\begin|\\end|\\left(?![a-zA-Z])|\\right(?![a-zA-Z])|\\?[{}])", tex):
+        depth += (piece in ("{", "\\begin", "\\left")) - (piece in ("}", "\\end", "\\right"))
+        if depth == 0 and piece in ("\\quad", "\\qquad"):
+            parts.append("")
+        else:
+            parts[-1] += piece
+    return [part.strip() for part in parts if part.strip()]
 
 
 def mathml(tex: str, block: bool) -> str:

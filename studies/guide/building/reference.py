@@ -180,8 +180,9 @@ def _top() -> str:
 def _group(group: str) -> str:
     module = package(group)
     members = [e for e in entries() if e.group == group]
-    lines = [*_title(_heading(group)), *converted(inspect.getdoc(module) or "", ()), ""]
-    lines += [f".. py:module:: symmotion.{group}", ""]
+    # The module's anchor lands on what follows, which is a paragraph: on a table it would come twice.
+    lines = [*_title(_heading(group)), f".. py:module:: symmotion.{group}", ""]
+    lines += [*converted(inspect.getdoc(module) or "", ()), ""]
     lines += _table([_row(e.name, e.path, e.sentence, e.kind == "data") for e in members])
     return "\n".join(lines + [line for entry in members if entry.kind != "data" for line in _described(entry)])
 

@@ -107,7 +107,7 @@ def lower_bound(
     tied = tuple(s for s in found if s.objective - best <= SAME * abs(best) + found[0].certificate.rounding)
     if found[0] is not known:
         # About the lowest point, where the Gram matrices' null vector is the monomial 1, nothing is lost to rounding.
-        chart = chart.at(found[0].x)
+        chart = chart.at(program, found[0].x)
         places, forms = Moments.of(chart), gram_forms(program, chart)
         answer = relaxed(places, forms, time_limit)
     proof = proved(program, places, forms, answer, tied)

@@ -1,11 +1,11 @@
 """What a solution of the relaxation proves: a lower bound that holds in spite of the solver's rounding."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg as la
-from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, lsqr
 
 from symmotion.answers.bounds.quartic import Chart
 from symmotion.answers.bounds.relaxation import Moments, Relaxed
@@ -18,6 +18,7 @@ from symmotion.systems import system_of
 
 EPS = float(np.finfo(float).eps)
 SHIFTS = 50  # multiples of the identity that are tried, each twice the one before
+STEPS = 1000  # of the least change of a face
 
 
 @dataclass(frozen=True)
@@ -45,15 +46,28 @@ def proved(
 
     They are changed so that Σ vᵀSv and f have the same coefficients but the constant one, f₀. With v₀ = 1 and
     S = [[s, bᵀ], [b, C]], vᵀ(S + η I)v ≥ s − bᵀ(C + ηI)⁻¹b, so that f ≥ f₀ − Σ bᵀ(C + ηI)⁻¹b − η Σ |v|² without the
-    first entry, the sums over cliques. About the minimiser b is nearly zero; η is zero where C is safely positive
-    definite. Where several tie, which leaves C singular, see `_faced`.
+    first entry, the sums over cliques. About the minimiser b is made zero but for the gradient (`_moved`); η is zero
+    where C is safely positive definite. Where several tie, which leaves C singular, see `_faced`.
     """
     wanted, best = places.coefficients(forms), minimisers[0].objective
     reach = monomial_reach(program, places.chart, best)
     found = [_shifted(places, wanted, relaxed.grams, reach)]
     if len(minimisers) > 1:
         found.append(_faced(places, wanted, relaxed.grams, minimisers, reach))
-    return max(found, key=lambda p: (p.valid, p.value))
+    proof = max(found, key=lambda p: (p.valid, p.value))
+    return replace(proof, value=min(proof.value, best))
+
+
+def _moved(places: Moments, grams: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """The same polynomial by Gram matrices of which b is zero at the products u_i u_j, which C has at u_i, u_j, too."""
+    found, firsts = list(grams), np.cumsum([0, *(len(blocks) for blocks in places.places)])[:-1]
+    for first, clique in zip(firsts, places.chart.cliques, strict=True):
+        gram, products = np.array(grams[first]), slice(1 + len(clique.unknowns), None)
+        i, j = 1 + np.searchsorted(clique.unknowns, clique.blocks[0][products] - 1).T
+        np.add.at(gram, (np.r_[i, j], np.r_[j, i]), np.tile(gram[0, products], 2))
+        gram[0, products] = gram[products, 0] = 0.0
+        found[first] = gram
+    return found
 
 
 def _shifted(places: Moments, wanted: np.ndarray, grams: Sequence[np.ndarray], reach: float | None) -> Proof:
@@ -62,7 +76,8 @@ def _shifted(places: Moments, wanted: np.ndarray, grams: Sequence[np.ndarray], r
     # The constant coefficient is what the bound is about.
     off[0] = 0.0
     firsts = np.cumsum([0, *(len(blocks) for blocks in places.places)])[:-1]
-    parts = [(gram + off[place], k in firsts) for k, (gram, place) in enumerate(zip(grams, places.every, strict=True))]
+    matched = _moved(places, [gram + off[place] for gram, place in zip(grams, places.every, strict=True)])
+    parts = [(gram, k in firsts) for k, gram in enumerate(matched)]
     scale = max(float(np.abs(g).max()) for g in grams)
     found = []
     for shift in (0.0, *(EPS * scale * 2.0**k for k in range(SHIFTS))):
@@ -91,22 +106,9 @@ def _faced(
     blocks = [v for clique in places.chart.cliques for v in clique.blocks]
     bases = [la.null_space(np.stack([u[v].prod(axis=1) for u in points])) for v in blocks]
     faces = [n.T @ gram @ n for n, gram in zip(bases, grams, strict=True)]
-    columns = []
-    for n, place in zip(bases, places.every, strict=True):
-        i, j = np.triu_indices(n.shape[1])
-        entries = (np.ones(place.size), (place.ravel(), np.arange(place.size)))
-        summing = sparse.csr_array(entries, (places.count, place.size))
-        # Of the products of columns i and j; √2 makes the least change that of the matrix.
-        columns.append(summing @ ((n[:, None, i] * n[None, :, j]).reshape(place.size, -1) * _roots(i, j)))
-    matrix, sizes = np.concatenate(columns, axis=1)[1:], [c.shape[1] for c in columns]
     for _ in range(2):  # the second time for what rounding leaves
-        missing = wanted - _coefficients(places, bases, faces)
-        change, *_ = np.linalg.lstsq(matrix, missing[1:].astype(float), rcond=1e-12)
-        for index, part in enumerate(np.split(change, np.cumsum(sizes)[:-1])):
-            i, j = np.triu_indices(len(faces[index]))
-            upper = np.zeros_like(faces[index])
-            upper[i, j] = part / np.where(i == j, 1.0, np.sqrt(2.0))
-            faces[index] = faces[index] + upper + np.triu(upper, 1).T
+        missing = (wanted - _coefficients(places, bases, faces)).astype(float)
+        faces = [face + change for face, change in zip(faces, _least(places, bases, missing), strict=True)]
     missing = (wanted - _coefficients(places, bases, faces)).astype(float)
     # The monomial 1 is one of the v(u), so that Σ has next to nothing to say of the constant coefficient.
     value, missing[0] = float(missing[0]), 0.0
@@ -125,8 +127,25 @@ def _coefficients(places: Moments, bases: Sequence[np.ndarray], faces: Sequence[
     return total
 
 
-def _roots(i: np.ndarray, j: np.ndarray) -> np.ndarray:
-    return np.where(i == j, 1.0, np.sqrt(2.0))
+def _least(places: Moments, bases: Sequence[np.ndarray], wanted: np.ndarray) -> list[np.ndarray]:
+    """By block, the least Δ of which Σ vᵀ N Δ Nᵀ v has the coefficients wanted (count,) but the constant one."""
+    # Without the bases the matrix times its transpose is the diagonal of the uses: few steps are enough.
+    scale = 1 / np.sqrt(places.uses[1:])
+    ends = np.cumsum([n.shape[1] ** 2 for n in bases])
+
+    def split(flat: np.ndarray) -> list[np.ndarray]:
+        return [f.reshape(n.shape[1], -1) for f, n in zip(np.split(flat, ends[:-1]), bases, strict=True)]
+
+    def along(flat: np.ndarray) -> np.ndarray:
+        grams = (n @ face @ n.T for n, face in zip(bases, split(flat), strict=True))
+        return scale * places.summed(zip(places.every, grams, strict=True))[1:]
+
+    def back(values: np.ndarray) -> np.ndarray:
+        moments = np.r_[0.0, scale * values]
+        return np.concatenate([(n.T @ moments[p] @ n).ravel() for n, p in zip(bases, places.every, strict=True)])
+
+    operator = LinearOperator((len(scale), int(ends[-1])), matvec=along, rmatvec=back, dtype=float)
+    return split(lsqr(operator, scale * wanted[1:], atol=EPS, btol=EPS, iter_lim=STEPS)[0])
 
 
 def _sharpened(solution: Solution) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Programs as polynomials: objectives of degree four in the free unknowns, as sums of forms of few unknowns each."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,13 +8,15 @@ import scipy.linalg as la
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from symmotion.answers.bounds.symmetry import Symmetry
 from symmotion.errors import InputError
 from symmotion.program import Block, BlockEvaluator, Evaluator, Program
 from symmotion.systems import Condensed
 from symmotion.systems.condensed import shared_conditions
 
-# Monomials of the largest block: a step on the semidefinite program takes their sixth power.
-MOST = 90
+# Rows of the largest matrix: a step on the semidefinite program takes their sixth power.
+MOST = 91
+UNSEEN = 1e-8  # the least share of the largest mean square that a direction counts with
 NONE = 0  # the place of the factor 1 in a monomial
 
 
@@ -55,20 +57,23 @@ class Clique:
 class Chart:
     """Points that meet linear conditions: x = centre + basis u, u (free,) the free unknowns.
 
-    basis: (unknowns, free) sparse. cliques: of the free unknowns of which the terms are sums of functions.
+    basis: (unknowns, free) sparse. cliques: of the free unknowns of which the terms are sums of functions. symmetry:
+    of the free unknowns, which the objective may have.
     """
 
     centre: np.ndarray
     basis: sparse.csr_array
     cliques: tuple[Clique, ...]
+    symmetry: Symmetry | None = None
 
     @property
     def free(self) -> int:
         return self.basis.shape[1]
 
-    def at(self, centre: np.ndarray) -> "Chart":
-        """The same chart about another point that meets the conditions."""
-        return replace(self, centre=centre)
+    def at(self, program: Program, centre: np.ndarray) -> "Chart":
+        """The same chart of a program about another point that meets the conditions."""
+        whole = Symmetry.of(program, len(centre))
+        return replace(self, centre=centre if whole is None else whole.centred(centre))
 
     def point(self, u: np.ndarray) -> np.ndarray:
         """(unknowns,) x of free unknowns."""
@@ -94,14 +99,22 @@ class Chart:
             reads, groups = _reads(program, basis)
         basis = _size(centre) * basis
         cliques = tuple(Clique.of(unknowns, groups) for unknowns in reads)
-        largest = max(len(b) for c in cliques for b in c.blocks)
-        if largest > MOST:
-            unknowns = max(len(c.unknowns) for c in cliques)
-            raise InputError(
-                f"terms of {unknowns} free unknowns, of {largest} monomials: global bounds take up to {MOST}, such as "
-                "those of cubic motions in the plane with refine=0 or 1, or in space with refine=0"
-            )
-        return Chart(centre, basis, cliques)
+        # Every coordinate of the controls has the same basis, but of conditions that are not shared.
+        symmetry = Symmetry.of(program, basis.shape[1]) if shared_conditions(program) is not None else None
+        # Before they are made, as if they fell into halves: `relaxation` sees whether they do.
+        require_small(cliques, max(len(b) for c in cliques for b in c.blocks) // (1 if symmetry is None else 2))
+        return Chart(centre, basis, cliques, symmetry).at(program, centre)
+
+
+def require_small(cliques: Sequence[Clique], largest: int) -> None:
+    """InputError where the largest matrix of the relaxation of these cliques has more rows than MOST."""
+    if largest > MOST:
+        unknowns = max(len(c.unknowns) for c in cliques)
+        raise InputError(
+            f"terms of {unknowns} free unknowns, of {largest} monomials: global bounds take up to {MOST}, such as "
+            "those of cubic motions in the plane with refine=0 or 1, or in space with refine=0, and of degrees up to 5 "
+            "in the plane with refine=0, up to 7 where the keyframes turn and scale"
+        )
 
 
 def gram_forms(program: Program, chart: Chart) -> tuple[np.ndarray, ...]:
@@ -148,13 +161,31 @@ def _size(centre: np.ndarray) -> float:
 
 
 def _orthonormal(program: Program) -> sparse.csr_array:
-    """(unknowns, free) an orthonormal basis of what leaves the conditions as they are."""
+    """(unknowns, free) a basis of what leaves the conditions as they are, orthonormal in what the terms read.
+
+    Controls alone are no measure: those of high degree can be large where the motion is small.
+    """
     shared = shared_conditions(program)
     if shared is None:
         return sparse.csr_array(la.null_space(Evaluator(program).jacobian(program.x0).toarray()))
     (controls,) = program.start.values()
     n, channels = controls.shape
-    return _alike(sparse.csr_array(la.null_space(shared.toarray()) if shared.shape[0] else np.eye(n)), channels)
+    basis = la.null_space(shared.toarray()) if shared.shape[0] else np.eye(n)
+    values, vectors = np.linalg.eigh(basis.T @ _metric(program, n) @ basis)
+    seen = np.maximum(values, UNSEEN * values.max(initial=0.0))
+    return _alike(sparse.csr_array(basis @ (vectors / np.sqrt(seen))), channels)
+
+
+def _metric(program: Program, n: int) -> np.ndarray:
+    """(n, n) the mean square of what the terms read of controls: values and every derivative alike."""
+    metric = np.zeros((n, n))
+    for block in program.terms:
+        rows = block.kernel.rows
+        for r in range(rows):
+            reads = block.operator[r::rows].toarray()
+            square = reads.T @ (np.abs(block.weights)[:, None] * reads)
+            metric += square * (n / np.trace(square) if square.any() else 0.0)
+    return metric
 
 
 def _alike(basis: sparse.csr_array, channels: int) -> sparse.csr_array:

@@ -7,10 +7,13 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from symmotion.answers.bounds.quartic import Chart
+from symmotion.answers.bounds.quartic import Chart, require_small
+from symmotion.answers.bounds.symmetry import halves
 from symmotion.errors import InputError, SolveError
 
 TOLERANCE = 1e-10
+# What coefficients, relative to the largest, may differ by from those of their images to be rounding.
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +61,11 @@ class Moments:
         return total
 
     @cached_property
+    def factors(self) -> np.ndarray:
+        """(count, 4) of every monomial, numbered from one, 0 for none."""
+        return self.keys[:, None] // (self.chart.free + 1) ** np.arange(4)[::-1] % (self.chart.free + 1)
+
+    @cached_property
     def uses(self) -> np.ndarray:
         """(count,) how often each monomial is a product v_i v_j."""
         return self.summed((p, np.ones(p.shape)) for p in self.every)
@@ -95,19 +103,20 @@ def relaxed(places: Moments, forms: Sequence[np.ndarray], time_limit: float) -> 
     clarabel = _clarabel()
     f = places.coefficients(forms)
     scale = float(np.abs(f).max()) or 1.0
-    rows, numbers, weights, cones = [], [], [], []
-    first = 0
-    for place in places.every:
-        n = len(place)
-        # The upper triangle column by column, as Clarabel stores it.
-        j, i = np.tril_indices(n)
-        rows.append(first + np.arange(len(i)))
-        numbers.append(place[i, j])
-        weights.append(np.where(i == j, 1.0, np.sqrt(2.0)))
-        cones.append(clarabel.PSDTriangleConeT(n))
-        first += len(i)
-    row, number, weight = map(np.concatenate, (rows, numbers, weights))
-    matrix = sparse.csc_array((weight, (row, number)), shape=(first, places.count))
+    chosen, halved = _symmetric(places, f)
+    require_small(places.chart.cliques, max(part.shape[0] for parts in halved for part in parts))
+    rows, cones = [], []
+    for place, parts in zip(places.every, halved, strict=True):
+        entries = (np.ones(place.size), (np.arange(place.size), place.ravel()))
+        products = sparse.csr_array(entries, shape=(place.size, places.count)) @ chosen
+        for part in parts:
+            n = part.shape[0]
+            # The upper triangle column by column, as Clarabel stores it.
+            j, i = np.tril_indices(n)
+            pairs = sparse.csr_array(sparse.kron(part, part, format="csr"))[i * n + j] @ products
+            rows.append(np.where(i == j, 1.0, np.sqrt(2.0))[:, None] * pairs)
+            cones.append(clarabel.PSDTriangleConeT(n))
+    matrix = sparse.csc_array(sparse.vstack(rows))
     constant = matrix[:, [0]].toarray().ravel()
     settings = clarabel.DefaultSettings()
     settings.verbose = False
@@ -115,26 +124,56 @@ def relaxed(places: Moments, forms: Sequence[np.ndarray], time_limit: float) -> 
     settings.direct_solve_method = "faer"
     settings.time_limit = time_limit
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    count = places.count - 1
+    count = chosen.shape[1] - 1
+    cost = (chosen.T @ f)[1:] / scale
     solver = clarabel.DefaultSolver(
-        sparse.csc_matrix((count, count)), f[1:] / scale, sparse.csc_matrix(-matrix[:, 1:]), constant, cones, settings
+        sparse.csc_matrix((count, count)), cost, sparse.csc_matrix(-matrix[:, 1:]), constant, cones, settings
     )
     answer = solver.solve()
     status = str(answer.status)
     if not (np.isfinite(answer.x).all() and np.isfinite(answer.z).all()):
         raise SolveError(f"the relaxation was not solved: Clarabel says {status}")
-    moments = np.r_[1.0, answer.x]
+    moments = chosen @ np.r_[1.0, answer.x]
     grams, k = [], 0
     dual = np.asarray(answer.z) * scale
-    for place in places.every:
-        n = len(place)
-        j, i = np.tril_indices(n)
-        size = len(i)
-        gram = np.zeros((n, n))
-        gram[i, j] = dual[k : k + size] / np.where(i == j, 1.0, np.sqrt(2.0))
-        grams.append(gram + np.triu(gram, 1).T)
-        k += size
+    for place, parts in zip(places.every, halved, strict=True):
+        whole = np.zeros(place.shape)
+        for part in parts:
+            n = part.shape[0]
+            j, i = np.tril_indices(n)
+            gram = np.zeros((n, n))
+            gram[i, j] = dual[k : k + len(i)] / np.where(i == j, 1.0, np.sqrt(2.0))
+            whole += part.T @ (part.T @ (gram + np.triu(gram, 1).T)).T
+            k += len(i)
+        grams.append(whole)
     return Relaxed(moments, tuple(grams), status)
+
+
+def _symmetric(places: Moments, f: np.ndarray) -> tuple[sparse.csr_array, list[list[sparse.csr_array]]]:
+    """(count, …) moments by independent ones, 1 being the first; and by block, what its matrix falls into.
+
+    Of a polynomial with coefficients f (count,) that has the chart's symmetry, the least is among moments that have it.
+    """
+    symmetry, whole = places.chart.symmetry, [[sparse.eye_array(len(p), format="csr")] for p in places.every]
+    alone = sparse.csr_array(sparse.eye_array(places.count))
+    if symmetry is None:
+        return alone, whole
+    images, sign = symmetry.product(places.factors)
+    image = places.number(images)
+    if (image < 0).any() or np.abs(f - sign * f[image]).max() > ROUNDING * np.abs(f).max():
+        return alone, whole
+    halved = []
+    for block in (b for clique in places.chart.cliques for b in clique.blocks):
+        images, signs = symmetry.product(block)
+        keys, wanted = (key(np.pad(v, ((0, 0), (0, 2))), places.chart.free) for v in (block, images))
+        order = np.argsort(keys)
+        there = order[np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)]
+        if (keys[there] != wanted).any():
+            return alone, whole
+        halved.append(halves(there, signs))
+    kept = halves(image, sign)[0]
+    # What stays as it is, not of length one but as large as its moments.
+    return sparse.csr_array(kept.sign().T), halved
 
 
 def _clarabel():

@@ -1,4 +1,4 @@
-"""Quaternion curves by recursive slerps, the baselines that KKS compare with: slerp, squad, Shoemake's Bézier."""
+"""Quaternion curves by recursive slerps, which KKS compare with: squad, Bézier curves, B-splines, Barry and Goldman."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -14,19 +14,20 @@ from symmotion.motions.keyframes import Keyframes
 from symmotion.motions.motion import as_points
 from symmotion.motions.position import homogeneous
 from symmotion.motions.quaternions.algebra import Signs, aligned, as_quaternions, conjugate, exp, log, product, rotate
-from symmotion.motions.quaternions.curve import Frame, QuaternionJet, checked_frame, turning
 from symmotion.motions.quaternions.keys import OrientationKeys
+from symmotion.motions.quaternions.turning import Frame, QuaternionJet, checked_frame, turning
 from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
-from symmotion.splines import check_times
+from symmotion.splines import BSplineBasis, check_times
 from symmotion.splines.instants import inside
 from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
     from symmotion.motions.rotations import Rotations
 
-# Chebyshev nodes per segment: the curves are analytic there, and 40 resolve turns of 120° to rounding.
-NODES = 40
+# Chebyshev nodes per segment: the curves are analytic there, and 40 resolve turns of 120° to rounding. Slerps that go
+# on far beyond their ends take more, until the last coefficients are below the tail.
+NODES, TAIL = (40, 80, 160), 1e-13
 
 
 def slerp(a: ArrayLike, b: ArrayLike, u: ArrayLike) -> np.ndarray:
@@ -67,15 +68,17 @@ class SegmentCurve:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The ends of the segments."""
+        """(M,) the ends of the segments."""
         return self.times
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time, those of the keyframes."""
         return float(self.times[0]), float(self.times[-1])
 
     def _place(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -106,14 +109,17 @@ class SegmentCurve:
 
     @cached_property
     def _coefficients(self) -> np.ndarray:
-        """(NODES, S, 4) Chebyshev coefficients of the segments."""
-        count = len(self.times) - 1
-        x = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
-        index = np.repeat(np.arange(count), NODES)
-        samples = self.segment(index, np.tile((x + 1) / 2, count)).reshape(count, NODES, 4)
-        return np.polynomial.chebyshev.chebfit(x, samples.transpose(1, 0, 2).reshape(NODES, -1), NODES - 1).reshape(
-            NODES, count, 4
-        )
+        """(nodes, S, 4) Chebyshev coefficients of the segments."""
+        count, table = len(self.times) - 1, np.empty(0)
+        for nodes in NODES:
+            x = np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes)
+            index = np.repeat(np.arange(count), nodes)
+            samples = self.segment(index, np.tile((x + 1) / 2, count)).reshape(count, nodes, 4)
+            columns = samples.transpose(1, 0, 2).reshape(nodes, -1)
+            table = np.polynomial.chebyshev.chebfit(x, columns, nodes - 1).reshape(nodes, count, 4)
+            if np.abs(table[-2:]).max() <= TAIL:
+                break
+        return table
 
     def jet(self, t: ArrayLike, order: int = 2, frame: Frame = "body") -> QuaternionJet:
         """Orientation with rate [rad/s] and acceleration [rad/s²] at times t: Ω = 2 q⁻¹q̇, Ω̇ = 2 Im q⁻¹q̈."""
@@ -154,34 +160,48 @@ class Slerps:
 
 
 @value
-class Squads:
-    """slerp(slerp(q_i, q_{i+1}, u), slerp(s_i, s_{i+1}, u), 2u (1 − u)) with q and s (S + 1, 4)."""
+class SlerpPyramid:
+    """Slerps of neighbours among control quaternions (S, n + 1, 4), slerps among these, until one is left.
 
-    outer: Slerps
-    inner: Slerps
-
-    __repr__ = in_a_line
-
-    def __call__(self, i: np.ndarray, u: np.ndarray) -> np.ndarray:
-        return slerp(self.outer(i, u), self.inner(i, u), 2 * u * (1 - u))
-
-
-@value
-class SlerpBezier:
-    """De Casteljau's algorithm with slerps on control quaternions (S, n + 1, 4)."""
+    intervals: (S, n (n + 1)/2, 2) the u between which each slerp goes, level after level: [0, 1] in all is de
+    Casteljau's algorithm, those of knots de Boor's.
+    """
 
     controls: np.ndarray
+    intervals: np.ndarray
 
     __repr__ = in_a_line
 
     def __post_init__(self):
         object.__setattr__(self, "controls", read_only(numbers(self.controls, "control quaternions")))
+        object.__setattr__(self, "intervals", read_only(numbers(self.intervals, "intervals")))
+
+    @staticmethod
+    def bezier(controls: np.ndarray) -> "SlerpPyramid":
+        """De Casteljau's algorithm."""
+        segments, count = controls.shape[:2]
+        return SlerpPyramid(controls, np.broadcast_to([0.0, 1.0], (segments, count * (count - 1) // 2, 2)))
 
     def __call__(self, i: np.ndarray, u: np.ndarray) -> np.ndarray:
-        points = self.controls[i]
-        while points.shape[1] > 1:
-            points = slerp(points[:, :-1], points[:, 1:], u[:, None])
+        points, done = self.controls[i], 0
+        while (left := points.shape[1] - 1) > 0:
+            start, end = np.moveaxis(self.intervals[i, done : done + left], -1, 0)
+            points = slerp(points[:, :-1], points[:, 1:], (u[:, None] - start) / (end - start))
+            done += left
         return points[:, 0]
+
+
+@value
+class Squads:
+    """slerp(slerp(q_i, q_{i+1}, u), slerp(a_i, b_i, u), 2u (1 − u)) with q (S + 1, 4), and a and b (S, 2, 4)."""
+
+    outer: Slerps
+    inner: SlerpPyramid
+
+    __repr__ = in_a_line
+
+    def __call__(self, i: np.ndarray, u: np.ndarray) -> np.ndarray:
+        return slerp(self.outer(i, u), self.inner(i, u), 2 * u * (1 - u))
 
 
 def slerp_curve(
@@ -206,9 +226,12 @@ def slerp_curve(
 def squad(
     times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None, *, scalar_first: bool = True
 ) -> SegmentCurve:
-    """Shoemake's squad through keyframes: slerp(slerp(q_i, q_{i+1}, u), slerp(s_i, s_{i+1}, u), 2u (1 − u)).
+    """Shoemake's squad through keyframes, C¹ at any times: two slerps, blended by a third with 2u (1 − u).
 
-    s_i = q_i exp(−(log q_i⁻¹q_{i+1} + log q_i⁻¹q_{i−1})/4), at the ends s = q. It is C¹ for uniform times.
+    slerp(slerp(q_i, q_{i+1}, u), slerp(a_i, b_i, u), 2u (1 − u)) has the rate of the parabola through ω_{i−1} and ω_i,
+    v_i = (h_i ω_{i−1}/h_{i−1} + h_{i−1} ω_i/h_i)/(h_{i−1} + h_i), where a_i = q_i exp((h_i v_i − ω_i)/2) behind a
+    keyframe, and b_{i−1} = q_i exp((ω_{i−1} − h_{i−1} v_i)/2) before it; at the ends they are the keyframes. At uniform
+    times a_i = b_{i−1} = q_i exp(−(log q_i⁻¹q_{i+1} + log q_i⁻¹q_{i−1})/4), as in Shoemake 1987.
 
     times, quaternions: as for `interpolate_quaternions`; scalar_first: the order of the components.
 
@@ -219,11 +242,75 @@ def squad(
     (4, 4)
     """
     keys = OrientationKeys.of(times, quaternions, scalar_first=scalar_first)
-    q = keys.quaternions
-    s = q.copy()
-    to_next, to_last = log(product(conjugate(q[1:-1]), q[2:])), log(product(conjugate(q[1:-1]), q[:-2]))
-    s[1:-1] = product(q[1:-1], exp(-(to_next + to_last) / 4))
-    return SegmentCurve(keys.times, Squads(Slerps(q), Slerps(s)))
+    q, ways, steps = keys.quaternions, keys.ways, np.diff(keys.times)[:, None]
+    mean = (steps[1:] * ways[:-1] / steps[:-1] + steps[:-1] * ways[1:] / steps[1:]) / (steps[1:] + steps[:-1])
+    inner = np.stack([q[:-1], q[1:]], axis=1)
+    inner[1:, 0] = product(q[1:-1], exp((steps[1:] * mean - ways[1:]) / 2))
+    inner[:-1, 1] = product(q[1:-1], exp((ways[:-1] - steps[:-1] * mean) / 2))
+    return SegmentCurve(keys.times, Squads(Slerps(q), SlerpPyramid.bezier(inner)))
+
+
+def barry_goldman(
+    times: ArrayLike | Keyframes, quaternions: "Rotations | None" = None, *, scalar_first: bool = True
+) -> SegmentCurve:
+    """Catmull–Rom by Barry and Goldman's pyramid with slerps: blends of slerps that go on beyond their keyframes.
+
+    On [t_i, t_{i+1}] three slerps between the four keyframes around, two slerps of these on [t_{i−1}, t_{i+1}] and
+    [t_i, t_{i+2}], and one of these. C¹ at any times. Before the first keyframe and behind the last one the way there
+    is taken once more. Source: Barry and Goldman 1988, with slerps for straight lines (Schlag 1991).
+
+    times, quaternions: as for `interpolate_quaternions`; scalar_first: the order of the components.
+
+    Raises InputError for times that do not increase, and quaternions that are not of length 1.
+
+    >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
+    >>> sm.interpolants.barry_goldman(keys)(keys.times).shape
+    (4, 4)
+    """
+    keys = OrientationKeys.of(times, quaternions, scalar_first=scalar_first)
+    t, q = keys.times, keys.quaternions
+    t = np.concatenate([2 * t[:1] - t[1:2], t, 2 * t[-1:] - t[-2:-1]])
+    q = np.concatenate([product(q[:1], exp(-keys.ways[:1])), q, product(q[-1:], exp(keys.ways[-1:]))])
+    return _pyramid(keys.times, q, t, 3, [(0, 1), (1, 2), (2, 3), (0, 2), (1, 3), (1, 2)])
+
+
+def slerp_bspline(basis: BSplineBasis, control_quaternions: "Rotations", *, scalar_first: bool = True) -> SegmentCurve:
+    """The B-spline quaternion curve by de Boor's algorithm with slerps: C¹ at simple knots, and no more (KKS 1).
+
+    basis: of degree 1 or more, not periodic; control_quaternions: one per function; scalar_first: the order of the
+    components. Source: Schlag 1991; `QuaternionMotion` over the same basis is C^{degree − 1}.
+
+    Raises InputError for a periodic basis, and where there are not as many quaternions as functions.
+
+    >>> basis = sm.splines.BSplineBasis.clamped([0.0, 1.0, 2.0], 3)
+    >>> sm.interpolants.slerp_bspline(basis, sm.examples.random_keyframes(5, 60, seed=1).rotations()).domain
+    (0.0, 2.0)
+    """
+    if basis.periodic or basis.degree < 1:
+        raise InputError("de Boor's algorithm with slerps takes a basis of degree 1 or more that is not periodic")
+    what, p = "control quaternion", basis.degree
+    q = aligned(as_quaternions(control_quaternions, what, scalar_first=scalar_first), what=what)
+    if len(q) != basis.n:
+        raise InputError(f"{len(q)} control quaternions: {basis.n} are needed for this basis")
+    pairs = [(level + j, p + j) for level in range(p) for j in range(p - level)]
+    spans = basis.spans(basis.breakpoints[:-1]) - p
+    times = basis.origin + basis.knots[1:-1]
+    return _pyramid(basis.breakpoints, q, times, p, pairs, spans)
+
+
+def _pyramid(
+    joints: np.ndarray,
+    q: np.ndarray,
+    times: np.ndarray,
+    degree: int,
+    pairs: list[tuple[int, int]],
+    first: np.ndarray | None = None,
+) -> SegmentCurve:
+    """Segments between joints, of degree + 1 quaternions from `first` on, and slerps between the times of pairs."""
+    first = np.arange(len(joints) - 1) if first is None else first
+    intervals = times[first[:, None, None] + np.array(pairs)]
+    intervals = (intervals - joints[:-1, None, None]) / np.diff(joints)[:, None, None]
+    return SegmentCurve(joints, SlerpPyramid(q[first[:, None] + np.arange(degree + 1)], intervals))
 
 
 def shoemake_bezier(
@@ -252,7 +339,7 @@ def shoemake_bezier(
         )
     what = "control quaternion"
     q = np.stack([aligned(as_quaternions(c, what, scalar_first=scalar_first), signs, what) for c in controls])
-    return SegmentCurve(times, SlerpBezier(q))
+    return SegmentCurve(times, SlerpPyramid.bezier(q))
 
 
 def shoemake_interpolant(

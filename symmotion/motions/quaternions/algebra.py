@@ -159,6 +159,16 @@ def increments_between(q: np.ndarray, turns: ArrayLike | None = None, what: str 
     return plain * (1 + np.pi * turns / np.where(size > 0, size, 1.0))[:, None]
 
 
+def ways_like(old: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """(N, 3) half-angle vectors that lead from unit quaternions to ± others (N, 4): those nearest to old ways."""
+    plain = short_log(product(conjugate(start), end))
+    size, long = np.linalg.norm(plain, axis=1), np.linalg.norm(old, axis=1)
+    # Where the orientations are alike, the old way tells the axis.
+    axis = np.where((size > 1e-9)[:, None], plain, old) / np.where(size > 1e-9, size, long + (long == 0))[:, None]
+    turns = np.round((np.sum(old * axis, axis=1) - size) / np.pi)
+    return axis * (size + np.pi * turns)[:, None]
+
+
 def skew(v: ArrayLike) -> np.ndarray:
     """(…, 3, 3) the matrix of v ×."""
     v = floats(v, "vectors")

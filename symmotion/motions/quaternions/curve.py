@@ -1,18 +1,16 @@
 """Unit quaternion curves in cumulative form: Bézier, Hermite and B-spline curves with simple derivatives (KKS)."""
 
 from dataclasses import replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, get_args
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.brief import between
-from symmotion.checks import choice, numbers
+from symmotion.checks import numbers
 from symmotion.curves.bezier import check_domain
 from symmotion.errors import InputError
-from symmotion.motions.motion import as_points
-from symmotion.motions.position import Affine, homogeneous
 from symmotion.motions.quaternions.algebra import (
     Signs,
     aligned,
@@ -24,10 +22,22 @@ from symmotion.motions.quaternions.algebra import (
     log,
     product,
     rotate,
-    skew,
-    to_rotation,
+    ways_like,
 )
-from symmotion.motions.quaternions.jets import evaluate
+from symmotion.motions.quaternions.jets import bspline_factors, evaluate
+from symmotion.motions.quaternions.turning import (
+    Frame,
+    QuaternionJet,
+    acceleration,
+    asked,
+    checked_frame,
+    derivative,
+    jerk,
+    matrix,
+    rate,
+    rotation,
+    trajectory,
+)
 from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis
@@ -37,23 +47,6 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
     from symmotion.motions.rotations import Rotations
-
-Frame = Literal["body", "world"]
-
-
-class QuaternionJet(NamedTuple):
-    """Orientations (…, 4) with angular rate, acceleration, jerk (…, 3), rad and s; None where not asked."""
-
-    quaternion: np.ndarray
-    rate: np.ndarray = None  # pyright: ignore[reportAssignmentType]
-    acceleration: np.ndarray = None  # pyright: ignore[reportAssignmentType]
-    jerk: np.ndarray = None  # pyright: ignore[reportAssignmentType]
-
-
-class Turning(Protocol):
-    """A curve that has orientations and angular rates."""
-
-    def jet(self, t: ArrayLike, order: int = 2, frame: Frame = "body") -> QuaternionJet: ...
 
 
 @value
@@ -135,7 +128,8 @@ class QuaternionMotion:
     ) -> "QuaternionMotion":
         """The B-spline quaternion curve of any order over any knots (KKS 5.3), with whole extra turns.
 
-        turns: (n − 1,) physical turns added to each increment along its own direction; signs: as in `aligned`.
+        turns: (n − 1,) physical turns added to each increment along its own direction, (n,) of a periodic curve with
+        the way from the last control to the first; signs: as in `aligned`.
         """
         q = as_quaternions(control_quaternions, "control quaternion", least=2, scalar_first=scalar_first)
         if len(q) != basis.n:
@@ -143,12 +137,32 @@ class QuaternionMotion:
                 f"{len(q)} control quaternions for a basis of degree {basis.degree} with {basis.n} functions: "
                 f"{basis.n} are needed"
             )
-        if basis.periodic:
-            if turns is not None:
-                raise InputError("turns between control quaternions take a basis that is not periodic")
-            return QuaternionMotion(basis, q)
-        q = aligned(q, signs, "control quaternion")
-        return QuaternionMotion(basis, q, increments_between(q, turns, "control quaternion"))
+        way = np.concatenate([q, q[:1]]) if basis.periodic else q
+        way = aligned(way, signs, "control quaternion")
+        return QuaternionMotion(basis, way[: len(q)], increments_between(way, turns, "control quaternion"))
+
+    @staticmethod
+    def uniform(
+        control_quaternions: "Rotations",
+        turns: ArrayLike | None = None,
+        span: tuple[float, float] = (0.0, 1.0),
+        signs: Signs = "align",
+        *,
+        scalar_first: bool = True,
+    ) -> "QuaternionMotion":
+        """The uniform cubic B-spline curve from the first control to the last, without acceleration there.
+
+        A phantom control lies beyond each end, by the increment that is there once more: q_0 exp(−ω_1), q_n exp(ω_n).
+
+        control_quaternions: (n + 1, 4) or a `Rotation`, n ≥ 1; turns: (n,) whole physical turns
+        added to each increment; span: its domain; signs: as in `aligned`.
+        """
+        what, (a, b) = "control quaternion", check_domain(span, "span")
+        q = aligned(as_quaternions(control_quaternions, what, least=2, scalar_first=scalar_first), signs, what)
+        ways = increments_between(q, turns, what)
+        q = np.concatenate([product(q[:1], exp(-ways[:1])), q, product(q[-1:], exp(ways[-1:]))])
+        knots = (b - a) * np.arange(-3.0, len(ways) + 4) / len(ways)
+        return QuaternionMotion(BSplineBasis(knots, 3, origin=a), q, np.concatenate([ways[:1], ways, ways[-1:]]))
 
     @staticmethod
     def hermite(
@@ -187,19 +201,22 @@ class QuaternionMotion:
 
     @property
     def dimension(self) -> int:
+        """Of the space that the body is in: 3."""
         return 3
 
     @property
     def degree(self) -> int:
+        """The degree of the spline of quaternions that is normalised."""
         return self.basis.degree
 
     @property
     def domain(self) -> tuple[float, float]:
+        """First and last time."""
         return self.basis.domain
 
     @property
     def breakpoints(self) -> np.ndarray:
-        """The borders of the spans, ends of the domain included."""
+        """(K,) the borders of the spans, ends of the domain included."""
         return self.basis.breakpoints
 
     @cached_property
@@ -213,7 +230,7 @@ class QuaternionMotion:
 
     @property
     def turns(self) -> np.ndarray:
-        """Whole physical turns in each increment beyond the short way."""
+        """(n − 1,) whole physical turns in each increment beyond the short way."""
         return np.round(np.linalg.norm(self.increments, axis=1) / np.pi).astype(int)
 
     def __repr__(self) -> str:
@@ -237,98 +254,39 @@ class QuaternionMotion:
 
         InputError outside the domain.
         """
-        if order not in (0, 1, 2, 3):
-            raise InputError(f"order {order!r}: 0 to 3 is needed")
-        t = numbers(t, "times")
-        if not np.isfinite(t).all():
-            raise InputError("times must be finite")
-        q, rates = evaluate(self.basis, self.table, t.ravel(), order, checked_frame(frame) == "world")
+        t, world = asked(t, order, frame)
+        q, rates = evaluate(partial(bspline_factors, self.basis, self.table), t.ravel(), order, world)
         return QuaternionJet(q.reshape(*t.shape, 4), *(r.reshape(*t.shape, 3) for r in rates))
 
-    def __call__(self, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative (0 to 3) of the unit quaternion at times t: t.shape + (4,).
-
-        q̇ = q w, q̈ = q (w² + ẇ), d³q/dt³ = q (w³ + 2 w ẇ + ẇ w + ẅ) with w = Ω/2.
-        """
-        jet = self.jet(t, nu)
-        if nu == 0:
-            return jet.quaternion
-        turns = [r for r in jet[1:] if r is not None]
-        rates = [np.concatenate([np.zeros((*r.shape[:-1], 1)), r / 2], axis=-1) for r in turns]
-        w = rates[0]
-        if nu == 1:
-            inner = w
-        elif nu == 2:
-            inner = product(w, w) + rates[1]
-        else:
-            inner = product(w, product(w, w)) + 2 * product(w, rates[1]) + product(rates[1], w) + rates[2]
-        return product(jet.quaternion, inner)
-
-    def matrix(self, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative (0 to 3) of ((R, 0), (0, 1)), turning about the origin, at times t: t.shape + (4, 4)."""
-        return homogeneous(turning(self, t, nu), float(nu == 0))
-
-    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative (0 to 3) of the paths of body points (P, 3), P = 1 for one: t.shape + (P, 3)."""
-        return turning(self, t, nu)(as_points(points))
-
-    def rotation(self, t: ArrayLike) -> "Rotation":
-        """The orientations at times t (N,) as a SciPy `Rotation`."""
-        return to_rotation(self(t))
-
-    def rate(self, t: ArrayLike, frame: Frame = "body") -> np.ndarray:
-        """The angular rate Ω = 2 q⁻¹ q̇ at times t, in rad/s: t.shape + (3,)."""
-        return self._rates(t, 1, frame)
-
-    def acceleration(self, t: ArrayLike, frame: Frame = "body") -> np.ndarray:
-        """The angular acceleration at times t, in rad/s²: t.shape + (3,)."""
-        return self._rates(t, 2, frame)
-
-    def jerk(self, t: ArrayLike, frame: Frame = "body") -> np.ndarray:
-        """The second derivative of the angular rate at times t, in rad/s³: t.shape + (3,)."""
-        return self._rates(t, 3, frame)
-
-    def _rates(self, t: ArrayLike, order: int, frame: Frame) -> np.ndarray:
-        return self.jet(t, order, frame)[order]
+    __call__ = derivative
+    matrix = matrix
+    trajectory = trajectory
+    rotation = rotation
+    rate = rate
+    acceleration = acceleration
+    jerk = jerk
 
     def with_control(self, i: int, quaternion: ArrayLike, *, scalar_first: bool = True) -> "QuaternionMotion":
-        """The same curve with control quaternion i replaced, turned the short way to both its neighbours."""
+        """The same curve with control quaternion i replaced, turned the short way to both its neighbours.
+
+        Where increments had whole turns more, they keep them: the curve changes on degree + 1 spans, and nowhere else.
+        """
         if not -self.basis.n <= i < self.basis.n:
             raise InputError(f"control quaternion {i} does not exist: there are {self.basis.n}")
         q, i = self.control_points.copy(), i % self.basis.n
         q[i] = as_quaternions(np.atleast_2d(quaternion), "control quaternion", scalar_first=scalar_first)[0]
-        if self.basis.periodic:
-            return QuaternionMotion(self.basis, q)
         increments = self.increments.copy()
-        for k in range(max(0, i - 1), min(self.basis.n - 1, i + 1)):
-            increments[k] = increments_between(aligned(q[k : k + 2], what="control quaternion"))[0]
+        for k in (i - 1, i) if self.basis.periodic else range(max(0, i - 1), min(self.basis.n - 1, i + 1)):
+            ends = aligned(q[[k, (k + 1) % self.basis.n]], what="control quaternion")
+            if self.turns[k]:
+                increments[k] = ways_like(increments[[k]], ends[:1], ends[1:])[0]
+            else:
+                increments[k] = increments_between(ends)[0]
         return replace(self, control_points=q, increments=increments)
 
     save = save
     plot = plot_rates
     _repr_html_ = as_html
-
-
-def turned(jet: QuaternionJet) -> np.ndarray:
-    """(…, 3, 3) the derivative of the rotation matrix R of the highest order that the jet has rates for, in the body.
-
-    Ṙ = R [Ω]×, R̈ = R ([Ω]×² + [Ω̇]×), d³R/dt³ = R ([Ω]×³ + 2 [Ω]× [Ω̇]× + [Ω̇]× [Ω]× + [Ω̈]×).
-    """
-    linear = np.swapaxes(rotate(jet.quaternion[..., None, :], np.eye(3)), -1, -2)
-    w, *higher = (skew(r) for r in jet[1:] if r is not None) if jet.rate is not None else (None,)
-    if w is None:
-        return linear
-    if not higher:
-        return linear @ w
-    if len(higher) == 1:
-        return linear @ (w @ w + higher[0])
-    return linear @ (w @ w @ w + 2 * w @ higher[0] + higher[0] @ w + higher[1])
-
-
-def turning(curve: Turning, t: ArrayLike, nu: int) -> Affine:
-    """The nu-th derivative of the positions of a body that turns about the origin."""
-    linear = turned(curve.jet(t, nu))
-    return Affine(linear, np.zeros(linear.shape[:-1]))
 
 
 def from_rotations(rotation: "Rotation") -> np.ndarray:
@@ -344,8 +302,3 @@ def _chained(q: np.ndarray, increments: np.ndarray) -> tuple[np.ndarray, np.ndar
     error = np.linalg.norm(reached - np.where(cosine < 0, -1, 1)[:, None] * following, axis=1)
     signs = np.cumprod(np.where(cosine < 0, -1.0, 1.0))
     return q * np.concatenate([[1.0], signs])[: len(q), None], error
-
-
-def checked_frame(frame: Frame) -> Frame:
-    """The frame; InputError where it is unknown."""
-    return choice(frame, get_args(Frame), "frame")

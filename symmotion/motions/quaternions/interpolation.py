@@ -51,7 +51,11 @@ def interpolate_quaternions(
 
     max_iterations: of Newton.
 
-    Raises InputError for what cannot be, SolveError where Newton does not converge.
+    Where neighbouring intervals are of very different length it overshoots, by whole turns as well, which `extra_turns`
+    tells; `interpolants.monotone_curve` does not, and is C¹.
+
+    Raises InputError for what cannot be, SolveError where Newton does not converge, which says whether times or turns
+    are at fault.
 
     >>> keys = sm.examples.random_keyframes(4, 60, seed=1)
     >>> curve = sm.quaternions.interpolate_quaternions(keys.times, keys.rotations())
@@ -103,16 +107,20 @@ def interpolate_keys(
 def _fault(keys: OrientationKeys) -> str:
     """What makes it hard, the times or the turns, and what serves."""
     steps, turns = np.diff(keys.times), 2 * np.degrees(np.linalg.norm(keys.ways, axis=1))
-    ratio, far = float(steps.max() / steps.min()), int(turns.argmax())
-    if ratio > UNEVEN:
+    far = int(turns.argmax())
+    if steps.max() > UNEVEN * steps.min():
+        k = int(np.abs(np.diff(np.log(steps))).argmax())
         told = (
-            f"intervals of {steps.min():.3g} and {steps.max():.3g} stand beside each other: C² curves overshoot there"
+            f"intervals of {steps[k]:.3g} and {steps[k + 1]:.3g} stand beside each other at keyframe {k + 1}: "
+            "C² curves overshoot there"
         )
     elif turns[far] > FAR:
         told = f"keyframes {far} and {far + 1} are {turns[far]:.0f}° apart: add keyframes between"
     else:
         told = "lower the end rates, or add keyframes where neighbours turn far"
-    return f"{told}; interpolants.slerp_curve and squad go through them, with fewer derivatives"
+    return (
+        f"{told}; interpolants.monotone_curve goes through them, C¹ and without turning back, slerp_curve and squad too"
+    )
 
 
 def _end_rates(ends: str, end_rates: ArrayLike | None) -> np.ndarray | None:

@@ -1,5 +1,7 @@
 """Fast evaluation of quaternion curves: arrays of one component each, in chunks that stay in cache."""
 
+from collections.abc import Callable, Iterable
+
 import numpy as np
 
 from symmotion.splines import BSplineBasis
@@ -7,20 +9,19 @@ from symmotion.splines.cumulative import cumulative
 
 CHUNK = 4096
 Parts = list[np.ndarray]  # the components of vectors or quaternions, (N,) each
+# Where a curve has come to before the factors that turn, and of each of these axis and half angle, then the values of
+# its function and of that one's derivatives.
+Chain = tuple[Parts, Iterable[tuple[Parts, Parts]]]
+Factors = Callable[[np.ndarray, int], Chain]  # at times (N,), up to an order
 
 
-def evaluate(
-    basis: BSplineBasis, table: tuple[np.ndarray, np.ndarray], t: np.ndarray, order: int, world: bool
-) -> tuple[np.ndarray, list[np.ndarray]]:
-    """q (N, 4) and its angular rates 1 … order, (N, 3) each, at times t (N,).
-
-    table: control quaternions (4, n); axis and half angle of the increment that leads to each (4, n).
-    """
+def evaluate(factors: Factors, t: np.ndarray, order: int, world: bool) -> tuple[np.ndarray, list[np.ndarray]]:
+    """q (N, 4) and its angular rates 1 … order, (N, 3) each, at times t (N,)."""
     q = np.empty((len(t), 4))
     rates = [np.empty((len(t), 3)) for _ in range(order)]
     for first in range(0, len(t), CHUNK):
         part = slice(first, first + CHUNK)
-        orientation, turning = _chunk(basis, table, t[part], order)
+        orientation, turning = _chained(*factors(t[part], order))
         if world:
             turning = _to_world(orientation, turning)
         for component, values in enumerate(orientation):
@@ -31,30 +32,38 @@ def evaluate(
     return q, rates
 
 
-def _chunk(basis: BSplineBasis, table: tuple[np.ndarray, np.ndarray], t: np.ndarray, order: int):
-    controls, increments = table
-    p, n = basis.degree, basis.n
+def bspline_factors(basis: BSplineBasis, table: tuple[np.ndarray, np.ndarray], t: np.ndarray, order: int) -> Chain:
+    """The factors of a curve over B-splines.
+
+    table: control quaternions (4, n); axis and half angle of the increment that leads to each (4, n).
+    """
+    p = basis.degree
     span, weights = cumulative(basis, t, order)
     base = span - p
-    q = [c[base] for c in controls]
+    places = (base + i + 1 for i in range(p))
+    if basis.periodic:
+        places = (place % basis.n for place in places)
+    controls, increments = table
+    return [c[base] for c in controls], (
+        ([row[place] for row in increments], [w[i] for w in weights]) for i, place in enumerate(places)
+    )
+
+
+def _chained(q: Parts, factors: Iterable[tuple[Parts, Parts]]) -> tuple[Parts, list[Parts]]:
     turning: list[Parts] = []
-    for i in range(p):
-        place = base + (i + 1)
-        if basis.periodic:
-            place %= n
-        ux, uy, uz, angle = (row[place] for row in increments)
-        phase = angle * weights[0][i]
+    for (ux, uy, uz, angle), weights in factors:
+        phase = angle * weights[0]
         sine = np.sin(phase)
         e = [np.cos(phase), sine * ux, sine * uy, sine * uz]
         q = _product(q, e)
-        if order:
+        if len(weights) > 1:
             # a = 2ω B̃′ and its derivatives: what this factor adds to the rate.
             twice = 2.0 * angle
             added = []
             for w in weights[1:]:
-                size = twice * w[i]
+                size = twice * w
                 added.append([size * ux, size * uy, size * uz])
-            turning = _advance(turning, e, added) if i else added
+            turning = _advance(turning, e, added) if turning else added
     return q, turning
 
 

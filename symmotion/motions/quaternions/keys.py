@@ -13,11 +13,10 @@ from symmotion.motions.quaternions.algebra import (
     Signs,
     aligned,
     as_quaternions,
-    conjugate,
     exp,
     increments_between,
     product,
-    short_log,
+    ways_like,
 )
 from symmotion.splines import check_times
 from symmotion.values import read_only, value
@@ -100,16 +99,7 @@ class OrientationKeys:
         q = as_quaternions(quaternions, "keyframe", 2)
         if len(q) != len(self):
             raise InputError(f"{len(q)} quaternions for {len(self)} times: as many are needed")
-        plain = short_log(product(conjugate(q[:-1]), q[1:]))
-        size = np.linalg.norm(plain, axis=1)
-        long = np.linalg.norm(self.ways, axis=1)
-        # Where the orientations are alike, the old way tells the axis.
-        axis = (
-            np.where((size > 1e-9)[:, None], plain, self.ways)
-            / np.where(size > 1e-9, size, long + (long == 0))[:, None]
-        )
-        turns = np.round((np.sum(self.ways * axis, axis=1) - size) / np.pi)
-        ways = axis * (size + np.pi * turns)[:, None]
+        ways = ways_like(self.ways, q[:-1], q[1:])
         first = q[0] if q[0] @ self.quaternions[0] >= 0 else -q[0]
         signs = [1.0]
         for k, way in enumerate(exp(ways)):

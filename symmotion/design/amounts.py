@@ -5,7 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from symmotion.splines import BSplineBasis, gauss
+from symmotion.splines import BSplineBasis
+from symmotion.splines.instants import distinct
+from symmotion.splines.penalised import Factor, banded, cholesky, gram, log_det, natural, solved
 
 # Steps of log λ, over times of length 1: from all of the noise to none but a polynomial.
 EXPONENTS = np.linspace(-50.0, 10.0, 31)
@@ -73,62 +75,47 @@ def controls_of(basis: BSplineBasis, times: np.ndarray, values: np.ndarray, chos
     """(n, c) the controls of the spline that an amount leads to."""
     problem = _Penalised(basis, times, values, chosen.order)
     exponent = float(np.log(chosen.weight / problem.length ** (2 * chosen.order - 1)))
-    return problem.controls(exponent) + values.mean(axis=0)
+    found = problem.unknowns(exponent)
+    return (found if problem.whole is None else problem.whole @ found) + values.mean(axis=0)
 
 
 class _Penalised:
     """Σ ‖x(t_i) − x_i‖² + λ ∫ ‖x^(order)‖² over a basis, times counted so that they have the length 1."""
 
     def __init__(self, basis: BSplineBasis, times: np.ndarray, values: np.ndarray, order: int):
-        import scipy.sparse as sp  # here: see Spline._scipy
-        from scipy.interpolate import BSpline
-
         times, basis = times - basis.origin, basis.relative
         a, b = basis.domain
-        self.length, self.degree, self.count = b - a, basis.degree, basis.n
-        knots, p = (basis.knots - a) / self.length, basis.degree
-        self.design = BSpline.design_matrix(np.clip((times - a) / self.length, 0.0, 1.0), knots, p)
-        points, weights = (part.ravel() / self.length for part in gauss(basis, p - order + 1))
-        nodes = points - a / self.length
-        differences = sp.identity(basis.n, format="csr")
-        for _ in range(order):
-            m = differences.shape[0]
-            spans = knots[p + 1 : p + m] - knots[1:m]
-            differences = sp.diags([-p / spans, p / spans], [0, 1], shape=(m - 1, m)) @ differences
-            knots, p = knots[1:-1], p - 1
-        rates = BSpline.design_matrix(np.clip(nodes, 0.0, 1.0), knots, p) @ differences
-        self.gram = self._banded(self.design.T @ self.design)
-        self.penalty = self._banded(rates.T @ rates.multiply(weights[:, None]))
+        self.length = b - a
+        basis = BSplineBasis((basis.knots - a) / self.length, basis.degree)
+        self.design, penalty = basis.matrix(np.clip((times - a) / self.length, 0.0, 1.0)), gram(basis, order)
+        # With a knot at every sample these determine all controls but those that natural ends do.
+        every = basis.degree == 2 * order - 1 and basis.n > len(distinct(times))
+        self.whole = natural(basis, order) if every else None
+        if self.whole is not None:
+            self.design, penalty = self.design @ self.whole, self.whole.T @ penalty @ self.whole
+        self.count = self.design.shape[1]
+        self.gram, self.penalty = (banded(m, basis.degree) for m in (self.design.T @ self.design, penalty))
         self.values = values - values.mean(axis=0)
         self.order = order
-
-    def _banded(self, matrix) -> np.ndarray:
-        """The upper bands as LAPACK has them."""
-        matrix = matrix.tocsr()
-        return np.array([np.concatenate([np.zeros(k), matrix.diagonal(k)]) for k in range(self.degree, -1, -1)])
 
     @cached_property
     def right(self) -> np.ndarray:
         return self.design.T @ self.values
 
-    def _factor(self, exponent: float) -> np.ndarray:
-        from scipy.linalg import cholesky_banded
+    def _factor(self, exponent: float) -> Factor:
+        return cholesky(self.gram + np.exp(exponent) * self.penalty)
 
-        return cholesky_banded(self.gram + np.exp(exponent) * self.penalty, check_finite=False)
-
-    def controls(self, exponent: float) -> np.ndarray:
-        """(n, c) the controls, of values without their mean."""
-        from scipy.linalg import cho_solve_banded
-
-        return cho_solve_banded((self._factor(exponent), False), self.right, check_finite=False)
+    def unknowns(self, exponent: float) -> np.ndarray:
+        """(count, c) the controls, of a spline with natural ends all that are free; of values without their mean."""
+        return solved(self._factor(exponent), self.right)
 
     def squares(self, exponent: float) -> float:
         """RSS, over all coordinates."""
-        return float(((self.values - self.design @ self.controls(exponent)) ** 2).sum())
+        return float(((self.values - self.design @ self.unknowns(exponent)) ** 2).sum())
 
     def freedom(self, exponent: float) -> float:
         """tr H."""
-        sizes = [np.log(self._factor(exponent + h)[-1]).sum() for h in (-STEP, STEP)]
+        sizes = [log_det(self._factor(exponent + h)) / 2 for h in (-STEP, STEP)]
         return float(np.clip(self.count - (sizes[1] - sizes[0]) / STEP, self.order, len(self.values)))
 
     def score(self, exponent: float, noise: float | None) -> float:
