@@ -107,7 +107,7 @@ def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_pa
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "-1"], "--tolerance -1.0: a positive number"),
         (
             ["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--solver", "elimination"],
-            "inequality; ExactNewton()",
+            "inequality; --solver newton and",
         ),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--auto-knots", "3"], "leave one out"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "-3"], "--auto-knots -3: a whole number, 0"),

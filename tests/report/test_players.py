@@ -610,7 +610,7 @@ def test_what_is_upright_in_a_file_is_upright_in_the_player():
     keys = sm.examples.spatial_keyframes()
     turned = sm.Keyframes(keys.times, stood @ keys.linear, keys.translation @ stood.T)
     shown, expected = (
-        player("p", {"spline": sm.interpolants.component_cubic(k)}, wedge(), "c", k, direction=d, up=up)
+        player("p", {"spline": sm.interpolants.component_cubic(k)}, wedge(), "c", k, direction=d, up=cast(Any, up))
         for k, d, up in ((keys, (1.0, 1.0, 2.0), "y"), (turned, (1.0, -2.0, 1.0), "z"))
     )
     np.testing.assert_allclose(shown.tracks[0].poses, expected.tracks[0].poses, atol=1e-9)

@@ -511,7 +511,7 @@ def test_the_axis_that_is_upright_in_a_file_is_upright_in_the_picture(pinned):
     ]:
         for drawn, wanted in zip(shown.collections, expected.collections, strict=True):
             for polygon, other in zip(drawn.get_paths(), wanted.get_paths(), strict=True):
-                np.testing.assert_allclose(polygon.vertices, other.vertices, atol=1e-9)
+                np.testing.assert_allclose(np.asarray(polygon.vertices), np.asarray(other.vertices), atol=1e-9)
         names = {text.get_text(): text.get_position() for text in shown.texts if text.get_text() in ("x", "y", "z")}
         origin = np.array(shown.lines[-1].get_xydata())[0]
         upright = {name for name, place in names.items() if abs(place[0] - origin[0]) < 1e-9 and place[1] > origin[1]}
