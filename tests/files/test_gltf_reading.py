@@ -573,7 +573,7 @@ def test_the_mesh_may_be_compressed_where_the_animation_is_plain(tmp_path, packe
     document["extensionsUsed"] = document["extensionsRequired"] = [packed]
     corners = {"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}
     view = {"buffer": 0, "byteOffset": 0, "byteLength": 4}
-    primitive = {"attributes": {"POSITION": len(document["accessors"])}}
+    primitive: dict[str, object] = {"attributes": {"POSITION": len(document["accessors"])}}
     if packed == "EXT_meshopt_compression":
         document["buffers"].append({"byteLength": 36, "extensions": {packed: {"fallback": True}}})
         corners["bufferView"] = len(document["bufferViews"])
