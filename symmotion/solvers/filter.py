@@ -46,7 +46,10 @@ class Filter:
         self._kept.append(Seen((1 - ENOUGH) * here.missed, here.objective - ENOUGH * here.missed))
 
     def accepts(self, here: Seen, there: Seen, length: float, slope: float) -> bool:
-        """Whether a step of some length goes to a better point; slope: of the objective along all of it."""
+        """Whether a step of some length goes to a better point; slope: of the objective along all of it.
+
+        Where it does, and the violation decides, no later step may come back to where it began.
+        """
         if not self.takes(there):
             return False
         rounding = 10 * EPS * abs(here.objective)

@@ -69,8 +69,9 @@ class Curved:
         self._objective, self._violation = evaluator.objective(x), evaluator.violation(x)
         self.system = self.system.at(evaluator.jacobian(x))
         gradient, matrix = self._second_order(theta)
-        identity = self.system.on_diagonal(evaluator.program.unit) ** -2.0
-        matrix[self.system.diagonal] += self._damping * self._size * identity
+        if self._damping:
+            identity = self.system.on_diagonal(evaluator.program.unit) ** -2.0
+            matrix[self.system.diagonal] += self._damping * self._size * identity
         finite = np.isfinite(self._objective) and np.isfinite(matrix).all() and np.isfinite(self._violation).all()
         stationarity = largest(gradient + self.system.jacobian.T @ self.multipliers)
         row = Iteration(self._objective, stationarity, largest(self._violation))
@@ -155,15 +156,17 @@ class Curved:
         while length >= SHORTEST:
             point = onto(self.x + length * step)
             there, violation = self._at(point)
+            accepted = self._filter.accepts(here, there, length, slope)
             for _ in range(CORRECTIONS if length == 1.0 else 0):
-                if there.missed < here.missed or self._filter.accepts(here, there, length, slope):
+                if accepted or there.missed < here.missed:
                     break
                 before, right = there.missed, np.concatenate([none, -violation])
                 point = onto(point + self.journal.timed(self.system.solve, factor, right)[: self.system.n])
                 there, violation = self._at(point)
+                accepted = self._filter.accepts(here, there, length, slope)
                 if not there.missed < LEFT * before:
                     break
-            if self._filter.accepts(here, there, length, slope):
+            if accepted:
                 return point, length, there
             length *= 0.5
         return self.x, 0.0, here

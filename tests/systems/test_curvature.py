@@ -1,13 +1,12 @@
 """Curvature: nothing above rounding is missed, on matrices whose eigenvalues range over twelve decades."""
 
-from itertools import accumulate
-
 import numpy as np
 import pytest
 import scipy.linalg as la
 from scipy import sparse
 
 import symmotion as sm
+from studies.quaternions.constructions import chain
 from symmotion.program import Evaluator
 from symmotion.systems import HessianTriangle, Saddle
 from symmotion.systems.curvature import banded_curvature, dense_curvature, first_failing_pivot
@@ -67,10 +66,7 @@ def test_large_sparse_systems_along_their_conditions():
 
 def test_rounding_of_what_breaks_the_conditions_is_no_curvature_along_them():
     """Beside λ∇²c the Hessian is negative across the conditions, which the first weights do not outweigh."""
-    axes = np.random.default_rng(0).normal(size=(7, 3))
-    halves = sm.quaternions.exp(np.deg2rad(65) * axes / np.linalg.norm(axes, axis=1)[:, None])
-    keys = list(accumulate([np.array([1.0, 0.0, 0.0, 0.0]), *halves], sm.quaternions.product))
-    program = sm.orientation_program(np.arange(8.0), np.array(keys), refine=7)
+    program = sm.orientation_program(np.arange(8.0), chain(8, 130, 0), refine=7)
     evaluator, solution = Evaluator(program, "interpreted"), sm.ExactNewton().solve(program).require()
     saddle = Saddle(program, evaluator.jacobian(solution.x))
     rng = np.random.default_rng(1)

@@ -11,11 +11,9 @@ from symmotion.brief import between, in_a_line
 from symmotion.checks import floats, numbers, whole
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
-from symmotion.motions.motion import as_points
-from symmotion.motions.position import homogeneous
 from symmotion.motions.quaternions.algebra import Signs, aligned, as_quaternions, conjugate, exp, log, product, rotate
 from symmotion.motions.quaternions.keys import OrientationKeys
-from symmotion.motions.quaternions.turning import Frame, QuaternionJet, checked_frame, turning
+from symmotion.motions.quaternions.turning import Frame, QuaternionJet, checked_frame, matrix, trajectory
 from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, check_times
@@ -131,14 +129,8 @@ class SegmentCurve:
             rates = [rotate(q, r) for r in rates]
         return QuaternionJet(q, *rates)
 
-    def matrix(self, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative (0 to 2) of ((R, 0), (0, 1)), turning about the origin, at times t: t.shape + (4, 4)."""
-        return homogeneous(turning(self, t, nu), float(nu == 0))
-
-    def trajectory(self, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-        """The nu-th derivative (0 to 2) of the paths of body points (P, 3), P = 1 for one: t.shape + (P, 3)."""
-        return turning(self, t, nu)(as_points(points))
-
+    matrix = matrix
+    trajectory = trajectory
     save = save
     plot = plot_rates
     _repr_html_ = as_html

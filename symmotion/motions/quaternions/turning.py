@@ -53,12 +53,18 @@ def derivative(self: Turning, t: ArrayLike, nu: int = 0) -> np.ndarray:
 
 
 def matrix(self: Turning, t: ArrayLike, nu: int = 0) -> np.ndarray:
-    """The nu-th derivative (0 to 3) of ((R, 0), (0, 1)), turning about the origin, at times t: t.shape + (4, 4)."""
+    """The nu-th derivative of ((R, 0), (0, 1)), turning about the origin, at times t: t.shape + (4, 4).
+
+    nu: as far as `jet` goes.
+    """
     return homogeneous(turning(self, t, nu), float(nu == 0))
 
 
 def trajectory(self: Turning, points: ArrayLike, t: ArrayLike, nu: int = 0) -> np.ndarray:
-    """The nu-th derivative (0 to 3) of the paths of body points (P, 3), P = 1 for one: t.shape + (P, 3)."""
+    """The nu-th derivative of the paths of body points (P, 3), P = 1 for one: t.shape + (P, 3).
+
+    nu: as far as `jet` goes.
+    """
     return turning(self, t, nu)(as_points(points))
 
 
