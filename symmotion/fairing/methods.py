@@ -23,8 +23,8 @@ from symmotion.program import Program
 from symmotion.solvers import Solver, Status
 from symmotion.systems import Certificate
 
-# The weight of the least squares that bounded fairing starts from, relative to the largest diagonal entry of their
-# system, and how far within its bound a control is at first.
+# The weight of the least squares that bounded fairing starts from, relative to `LeastSquares.scale`, and how far within
+# its bound a control is at first.
 LIGHT, HALFWAY = 0.01, 0.5
 
 STATUSES = {
@@ -157,7 +157,7 @@ def by_bounds(task: Task, solver: Solver, program: Program[FairingDesign], toler
     At the net given, the centre of all bounds, their slopes vanish: what a barrier is told there is little.
     """
     problem = task.problem
-    near = problem.solve(LIGHT * float(problem.gram.diagonal().max())).net
+    near = problem.solve(LIGHT * problem.scale).net
     move = near - task.net
     far = np.sqrt(np.maximum(np.sum(move * task.metric.times(move), axis=-1), 0.0))
     move *= np.minimum(1.0, HALFWAY * tolerance / np.maximum(far, 1e-300))[..., None]
