@@ -15,12 +15,13 @@ from symmotion.fairing.jumps import Jumps, StepTables
 from symmotion.fairing.keyframes import Held
 from symmotion.fairing.least_squares import Faired, LeastSquares
 from symmotion.fairing.metrics import Metric
+from symmotion.fairing.pressing import pressed
 from symmotion.fairing.programs import FairingDesign
 from symmotion.fairing.reference import iterate_programs
 from symmotion.fairing.result import FairingStatus
 from symmotion.jets.space import UNKNOWN
 from symmotion.program import Program
-from symmotion.solvers import Solver, Status
+from symmotion.solvers import Guess, Solver, Status
 from symmotion.systems import Certificate
 
 # The weight of the least squares that bounded fairing starts from, relative to `LeastSquares.scale`, and how far within
@@ -156,14 +157,25 @@ def by_bounds(task: Task, solver: Solver, program: Program[FairingDesign], toler
 
     At the net given, the centre of all bounds, their slopes vanish: what a barrier is told there is little.
     """
-    problem = task.problem
-    near = problem.solve(LIGHT * problem.scale).net
-    move = near - task.net
-    far = np.sqrt(np.maximum(np.sum(move * task.metric.times(move), axis=-1), 0.0))
-    move *= np.minimum(1.0, HALFWAY * tolerance / np.maximum(far, 1e-300))[..., None]
-    start = program.pack({UNKNOWN: (task.net + move - program.design.shift).reshape(-1, task.net.shape[-1])})
+    problem, design = task.problem, program.design
+    guess = pressed(problem, tolerance)
+    if guess is not None:
+        bounds = program.split(np.arange(program.conditions))["bounds"].ravel().astype(int)
+        multipliers = np.zeros(program.conditions)
+        multipliers[bounds] = guess.multipliers[task.freedom.free]
+        start = Guess(program.pack({UNKNOWN: _rows(guess.net - design.shift)}), multipliers)
+    else:
+        near = problem.solve(LIGHT * problem.scale).net
+        move = near - task.net
+        far = np.sqrt(np.maximum(np.sum(move * task.metric.times(move), axis=-1), 0.0))
+        move *= np.minimum(1.0, HALFWAY * tolerance / np.maximum(far, 1e-300))[..., None]
+        start = program.pack({UNKNOWN: _rows(task.net + move - design.shift)})
     found = by_program(task, solver, program, start=start)
     return found if found.status == FairingStatus.SOLVED else by_program(task, solver, program)
+
+
+def _rows(net: np.ndarray) -> np.ndarray:
+    return net.reshape(-1, net.shape[-1])
 
 
 def by_program(
@@ -172,7 +184,7 @@ def by_program(
     program: Program[FairingDesign],
     enough: float = 0.0,
     weight: float | None = None,
-    start: np.ndarray | None = None,
+    start: np.ndarray | Guess | None = None,
 ) -> Found:
     """The net that a solver finds; enough: the tolerance to which the certificate is to hold where the solver fails."""
     solution = solver.solve(program, start)
