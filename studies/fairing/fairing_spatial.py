@@ -151,12 +151,12 @@ def by_method(seed: int) -> dict[str, tuple[float, ...]]:
     """
     smooth, net, length = net_in_space(seed)
 
-    def faired(method: Method, **options: float) -> FairingResult[TwoParameterMotion]:
-        return fair(net, method, parts="real+translation", length=length, **options)
+    def faired(method: Method, target: float | None = None, bound: float | None = None):
+        return fair(net, method, parts="real+translation", length=length, target=target, tolerance=bound)
 
     found = {method: faired(method, target=TARGET) for method in METHODS if method != "bounded"}
     most = {f"bounded as {name}": float(found[name].displacement.max()) for name in ("greedy", "least-squares")}
-    found |= {name: faired("bounded", tolerance=bound) for name, bound in most.items()}
+    found |= {name: faired("bounded", bound=bound) for name, bound in most.items()}
     return {
         name: (r.final, rms(r.displacement), rms(turn_error(r.motion, smooth)), rms(_place_error(r.motion, smooth)))
         for name, r in found.items()

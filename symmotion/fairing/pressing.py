@@ -61,18 +61,22 @@ def pressed(problem: LeastSquares, tolerance: np.ndarray) -> Pressed | None:
         low, high = (low, middle) if np.quantile(at(scale * 10**middle)[1], MOST) < INSIDE else (middle, high)
     first = float(np.sum(problem.jumps.fairness(problem.start)))
     logs = np.full(limit.size, np.log(scale * 10**high))
-    course = _Anderson()
+    course, weights = _Anderson(), np.exp(logs)
+    move, far = at(weights)
+    worth = weights * limit**2
+    if not np.isfinite(far).all():
+        return None
     for _ in range(STEPS):
-        weights = np.exp(logs)
-        move, far = at(weights)
-        if not np.isfinite(far).all():
-            return None
-        worth = weights * limit**2
         value = first + float(np.sum(slope * move) - np.sum(worth * far**2))
         if far.max() <= 1 + EXCEEDED and abs(float(np.sum(worth * (1 - far**2)))) <= WORTH * abs(value):
             break
         change = course.step(logs, 2 * np.log(np.maximum(far, SHORT)), np.sqrt(weights / weights.max()))
         logs = np.maximum(logs + np.clip(change, -LEAP, LEAP), np.log(LIGHTEST * scale))
+        weights = np.exp(logs)
+        move, far = at(weights)
+        worth = weights * limit**2
+        if not np.isfinite(far).all():
+            return None
     multipliers = np.where(far >= 1 - EXCEEDED, worth, 0.0)
     back = np.argsort(order)
     net = problem.start + freedom.lift(move[back])

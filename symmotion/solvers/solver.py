@@ -126,6 +126,8 @@ def start_vector(program: Program, start: object) -> np.ndarray:
 def start_multipliers(program: Program, start: object) -> np.ndarray | None:
     """(conditions,) the multipliers that a start brings along: a guess, a solution of a program of the same structure.
 
+    Raises InputError for a guess of another program.
+
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
     >>> sm.solvers.start_multipliers(solution.program, solution).shape
     (16,)

@@ -16,7 +16,7 @@ from symmotion.systems.curvature import Curvature, banded_curvature
 
 LANCZOS = 100  # restarts in the search for negative curvature; directions that matter show long before
 SMALL = 40  # conditions up to which a dense null-space basis is taken where they do not decouple
-# Free controls that are read together lie at most so far apart, or another order is tried; it is to halve that at least.
+# How far apart free controls that are read together may lie before another order is tried, which is to halve that.
 FAR, NEARER = 16, 0.5
 
 
