@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symmotion import checks
-from symmotion.brief import in_a_line
+from symmotion.brief import in_a_line, instants
 from symmotion.errors import InputError
 from symmotion.jets import RigidJet
 from symmotion.jets.space import JetSpace, Places
@@ -100,7 +100,8 @@ def placed(times: np.ndarray, domain: tuple[float, float], marks: np.ndarray, na
     times = unified(times, [a, b, *marks])
     outside = ~((times >= a) & (times <= b))
     if outside.any():
-        raise InputError(f"{name}: time {times[outside][0]} is outside the motion's domain [{a:g}, {b:g}]")
+        t, a, b = instants(times[outside][0], a, b)
+        raise InputError(f"{name}: time {t} is outside the motion's domain [{a}, {b}]")
     return times
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
-from symmotion.brief import in_a_line
+from symmotion.brief import in_a_line, instant, instants
 from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
 from symmotion.curves import Curve
 from symmotion.design.affine import represent
@@ -94,7 +94,8 @@ def curve_program(
     torn = np.unique(unified(torn, every))
     outside = ~((torn > span[0]) & (torn < span[1]))
     if outside.any():
-        raise InputError(f"break {torn[outside][0]:g} is not inside the domain ({span[0]:g}, {span[1]:g})")
+        at, a, b = instants(torn[outside][0], *span)
+        raise InputError(f"break {at} is not inside the domain ({a}, {b})")
     inner = _knots(marks, most, degree, span, torn) if knots is None else unified(given, every)
     origin, ends_since = from_origin(np.array(span))
     inner = inner - origin
@@ -201,11 +202,13 @@ def _domain(
     ends = min(t.min() for t in telling), max(t.max() for t in telling)
     a, b = ends if domain is None else checks.array(domain, (2,), "domain").tolist()
     if not (np.isfinite([a, b]).all() and a < b):
-        raise InputError(f"domain from {a:g} to {b:g}: conditions at two times or more, or a longer domain, are needed")
+        a, b = instants(a, b)
+        raise InputError(f"domain from {a} to {b}: conditions at two times or more, or a longer domain, are needed")
     for name, times in spoken:
         if times.min() < a or times.max() > b:
             worst = times.min() if times.min() < a else times.max()
-            raise InputError(f"{name}: time {worst:g} is outside the domain [{a:g}, {b:g}]")
+            at, first, last = instants(worst, a, b)
+            raise InputError(f"{name}: time {at} is outside the domain [{first}, {last}]")
     return float(a), float(b)
 
 
@@ -326,7 +329,7 @@ class CurveDesign:
                 low, high = lower[i], upper[i]
                 slack = 1e-12 * max(1.0, np.abs(g).max())
                 if (g < low - slack).any() or (g > high + slack).any():
-                    raise InputError(f"{c.name} at time {c.times[i, 0]:g} contradicts {name} there")
+                    raise InputError(f"{c.name} at time {instant(c.times[i, 0])} contradicts {name} there")
             kept[c.name] = np.setdiff1d(kept[c.name], [i for i, *_ in decided])
         return kept
 
@@ -363,8 +366,8 @@ class CurveDesign:
         if (pivots <= 1e-11).any():
             c, i = labels[int(np.argmax(pivots <= 1e-11))]
             raise InputError(
-                f"{c.name}, row {i} (time {c.times[i, -1]:g}), follows from the conditions before it or contradicts "
-                "them: leave it out, or insert knots"
+                f"{c.name}, row {i} (time {instant(c.times[i, -1])}), follows from the conditions before it or "
+                "contradicts them: leave it out, or insert knots"
             )
 
     def _require_determined(self) -> None:

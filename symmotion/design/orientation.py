@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
-from symmotion.brief import in_a_line
+from symmotion.brief import in_a_line, instants
 from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, Setting
 from symmotion.design.control_nodes import TURN, ControlSpace
 from symmotion.design.control_start import carried, motion_of, unknowns_of
@@ -304,7 +304,7 @@ def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike 
     if knots is not None:
         inner = distinct(checks.times(knots, "knots"), times)
         if inner[0] <= times[0] or inner[-1] >= times[-1]:
-            raise InputError(f"knots: all lie inside the domain ({times[0]:g}, {times[-1]:g})")
+            raise InputError(f"knots: all lie inside the domain ({', '.join(instants(*times[[0, -1]]))})")
         breaks = np.concatenate([since[:1], inner - origin, since[-1:]])
     return replace((BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped)(breaks, degree), origin=origin)
 
