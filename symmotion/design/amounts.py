@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -91,28 +90,14 @@ def amount(
     >>> 2 < found.freedom < 30
     True
     """
-    problem = _Penalised(basis, times, values, order, weights)
-    scores = np.array([problem.score(exponent, noise) for exponent in EXPONENTS])
-    best = int(np.argmin(scores))
-    low, high = EXPONENTS[max(best - 1, 0)], EXPONENTS[min(best + 1, len(EXPONENTS) - 1)]
-    from scipy.optimize import minimize_scalar  # here: see Spline._scipy
-
-    found = minimize_scalar(problem.score, args=(noise,), bounds=(low, high), method="bounded", options={"xatol": 0.02})
-    exponent = float(found.x) if found.fun <= scores[best] else float(EXPONENTS[best])
-    freedom, squares = problem.freedom(exponent), problem.squares(exponent)
-    left = max(len(times) - freedom, 1e-6) * values.shape[1]
-    weight = float(np.exp(exponent)) * problem.length ** (2 * order - 1)
-    return Amount(order, weight, freedom, float(np.sqrt(squares / left)), problem.score(exponent, noise))
+    return _Penalised(basis, times, order, weights).amount(values, noise)
 
 
 def controls_of(
     basis: BSplineBasis, times: np.ndarray, values: np.ndarray, chosen: Amount, weights: np.ndarray | None = None
 ) -> np.ndarray:
     """(n, c) the controls of the spline that an amount leads to."""
-    problem = _Penalised(basis, times, values, chosen.order, weights)
-    exponent = float(np.log(chosen.weight / problem.length ** (2 * chosen.order - 1)))
-    found = problem.unknowns(exponent)
-    return (found if problem.whole is None else problem.whole @ found) + values.mean(axis=0)
+    return _Penalised(basis, times, chosen.order, weights).controls(values, chosen)
 
 
 @dataclass(frozen=True)
@@ -145,13 +130,11 @@ class Smoothing:
         sigmas = (None, None) if noise is None else (noise[1] * np.sqrt((d - 1) / d), noise[0])
         sites = distinct(samples.times, samples.times[[0, -1]])
         bases = {k: basis or BSplineBasis.clamped(sites, 2 * k - 1) for k in orders if basis or len(sites) > 2 * k}
-        if not bases:
+        problems = [_Penalised(b, samples.times, k, weights) for k, b in bases.items()]
+        if not problems:
             raise InputError(f"{m} samples at {len(sites)} times are too few to smooth: 5 or more are needed")
         best = [
-            min(
-                (amount(b, samples.times, part, k, sigma, weights) for k, b in bases.items()),
-                key=lambda found: found.score,
-            )
+            min((problem.amount(part, sigma) for problem in problems), key=lambda found: found.score)
             for part, sigma in zip((samples.linear.reshape(m, -1), samples.translation), sigmas, strict=True)
         ]
         return Smoothing(*best, d, m, noise is not None)
@@ -179,8 +162,9 @@ class Smoothing:
     def start(self, basis: BSplineBasis, samples: Keyframes, weights: np.ndarray | None = None) -> Spline:
         """Over a basis the spline of least roughness and deviation: what the program has its minimum at."""
         values = (samples.linear.reshape(len(samples), -1), samples.translation)
-        parts = zip(values, (self.turn, self.place), strict=True)
-        found = [controls_of(basis, samples.times, part, chosen, weights) for part, chosen in parts]
+        amounts = self.turn, self.place
+        problems = {k: _Penalised(basis, samples.times, k, weights) for k in {a.order for a in amounts}}
+        found = [problems[a.order].controls(part, a) for part, a in zip(values, amounts, strict=True)]
         return Spline(basis, np.concatenate(found, axis=1))
 
     @property
@@ -207,19 +191,15 @@ class Smoothing:
 
 
 class _Penalised:
-    """Σ w_i ‖x(t_i) − x_i‖² + λ ∫ ‖x^(order)‖² over a basis, times counted so that they have the length 1."""
+    """Σ w_i ‖x(t_i) − x_i‖² + λ ∫ ‖x^(order)‖² over a basis, times counted so that they have the length 1.
 
-    def __init__(
-        self,
-        basis: BSplineBasis,
-        times: np.ndarray,
-        values: np.ndarray,
-        order: int,
-        weights: np.ndarray | None = None,
-    ):
+    Its methods take the values x_i, (M, c); what is factorised is kept, and serves all of them.
+    """
+
+    def __init__(self, basis: BSplineBasis, times: np.ndarray, order: int, weights: np.ndarray | None):
         times, basis = times - basis.origin, basis.relative
         a, b = basis.domain
-        self.length = b - a
+        self.length, self.order = b - a, order
         basis = BSplineBasis((basis.knots - a) / self.length, basis.degree)
         self.design, penalty = basis.matrix(np.clip((times - a) / self.length, 0.0, 1.0)), gram(basis, order)
         # With a knot at every sample these determine all controls but those that natural ends do.
@@ -227,41 +207,59 @@ class _Penalised:
         self.whole = natural(basis, order) if every else None
         if self.whole is not None:
             self.design, penalty = self.design @ self.whole, self.whole.T @ penalty @ self.whole
-        self.values = values - values.mean(axis=0)
-        if weights is not None:
-            roots = np.sqrt(weights)[:, None]
-            self.design, self.values = self.design.multiply(roots).tocsr(), roots * self.values
+        self.roots = np.ones((len(times), 1)) if weights is None else np.sqrt(weights)[:, None]
+        self.design = self.design.multiply(self.roots).tocsr()
         self.count = self.design.shape[1]
         self.gram, self.penalty = (banded(m, basis.degree) for m in (self.design.T @ self.design, penalty))
-        self.order = order
+        self._factors: dict[float, Factor] = {}
 
-    @cached_property
-    def right(self) -> np.ndarray:
-        return self.design.T @ self.values
+    def amount(self, values: np.ndarray, noise: float | None) -> Amount:
+        """The weight of least score, see `amount`."""
+        from scipy.optimize import minimize_scalar  # here: see Spline._scipy
+
+        values = self._scaled(values)
+        right = self.design.T @ values
+        scores = np.array([self._score(exponent, values, right, noise) for exponent in EXPONENTS])
+        best = int(np.argmin(scores))
+        bounds = EXPONENTS[max(best - 1, 0)], EXPONENTS[min(best + 1, len(EXPONENTS) - 1)]
+        given, options = (values, right, noise), {"xatol": 0.02}
+        found = minimize_scalar(self._score, args=given, bounds=bounds, method="bounded", options=options)
+        exponent = float(found.x) if found.fun <= scores[best] else float(EXPONENTS[best])
+        freedom, squares = self._freedom(exponent), self._squares(exponent, values, right)
+        left = max(len(values) - freedom, 1e-6) * values.shape[1]
+        weight = float(np.exp(exponent)) * self.length ** (2 * self.order - 1)
+        return Amount(self.order, weight, freedom, float(np.sqrt(squares / left)), self._score(exponent, *given))
+
+    def controls(self, values: np.ndarray, chosen: Amount) -> np.ndarray:
+        """(n, c) the controls of the spline that an amount leads to."""
+        exponent = float(np.log(chosen.weight / self.length ** (2 * self.order - 1)))
+        found = solved(self._factor(exponent), self.design.T @ self._scaled(values))
+        return (found if self.whole is None else self.whole @ found) + values.mean(axis=0)
+
+    def _scaled(self, values: np.ndarray) -> np.ndarray:
+        return self.roots * (values - values.mean(axis=0))
 
     def _factor(self, exponent: float) -> Factor:
-        return cholesky(self.gram + np.exp(exponent) * self.penalty)
+        if exponent not in self._factors:
+            self._factors[exponent] = cholesky(self.gram + np.exp(exponent) * self.penalty)
+        return self._factors[exponent]
 
-    def unknowns(self, exponent: float) -> np.ndarray:
-        """(count, c) the controls, of a spline with natural ends all that are free; of values without their mean."""
-        return solved(self._factor(exponent), self.right)
-
-    def squares(self, exponent: float) -> float:
+    def _squares(self, exponent: float, values: np.ndarray, right: np.ndarray) -> float:
         """RSS, over all coordinates."""
-        return float(((self.values - self.design @ self.unknowns(exponent)) ** 2).sum())
+        return float(((values - self.design @ solved(self._factor(exponent), right)) ** 2).sum())
 
-    def freedom(self, exponent: float) -> float:
+    def _freedom(self, exponent: float) -> float:
         """tr H."""
         sizes = [log_det(self._factor(exponent + h)) / 2 for h in (-STEP, STEP)]
-        return float(np.clip(self.count - (sizes[1] - sizes[0]) / STEP, self.order, len(self.values)))
+        return float(np.clip(self.count - (sizes[1] - sizes[0]) / STEP, self.order, len(self.roots)))
 
-    def score(self, exponent: float, noise: float | None) -> float:
+    def _score(self, exponent: float, values: np.ndarray, right: np.ndarray, noise: float | None) -> float:
         """The criterion; large where the factors have no digits left, or nothing is left to tell."""
         try:
-            freedom, squares = self.freedom(exponent), self.squares(exponent)
+            freedom, squares = self._freedom(exponent), self._squares(exponent, values, right)
         except np.linalg.LinAlgError:
             return HOPELESS
-        m, c = self.values.shape
+        m, c = values.shape
         if noise is not None:
             return squares / m + 2 * noise**2 * c * freedom / m
         left = m - freedom

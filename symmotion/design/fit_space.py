@@ -54,32 +54,34 @@ def _supports(basis: BSplineBasis) -> tuple[np.ndarray, np.ndarray]:
 def require_determined(basis: BSplineBasis, times: np.ndarray, used: np.ndarray) -> None:
     """Raise InputError unless every control gets a sample of its own inside its support, in order."""
     taken, times = -1, times - basis.origin
-    for j, (low, high) in enumerate(zip(*_supports(basis), strict=True)):
-        inside = np.flatnonzero((times[used] > low) & (times[used] < high))
-        free = inside[inside > taken]
-        if not free.size:
-            there = f"samples {used[inside[0]]} to {used[inside[-1]]}" if inside.size else "no samples"
-            first, last = instants(*(basis.origin + np.clip([low, high], *basis.knots[[0, -1]])))
+    low, high = _supports(basis)
+    firsts = np.searchsorted(times[used], low, side="right").tolist()
+    ends = np.searchsorted(times[used], high, side="left").tolist()
+    for j, (first, end) in enumerate(zip(firsts, ends, strict=True)):
+        free = max(first, taken + 1)
+        if free >= end:
+            there = f"samples {used[first]} to {used[end - 1]}" if end > first else "no samples"
+            first, last = instants(*(basis.origin + np.clip([low[j], high[j]], *basis.knots[[0, -1]])))
             raise InputError(
                 f"control {j} acts between the times {first} and {last}, where there are {there}: "
                 "too few for the controls there; move the knots or ask for fewer controls"
             )
-        taken = free[0]
+        taken = free
 
 
 def require_free(basis: BSplineBasis, times: np.ndarray, exact: np.ndarray) -> None:
     """Raise InputError unless every exact sample gets a control of its own that acts there, in order."""
-    low, high = _supports(basis)
+    (low, high), since = _supports(basis), times - basis.origin
     taken = -1
-    for i in exact:
-        free = np.flatnonzero((low < times[i] - basis.origin) & (times[i] - basis.origin < high))
-        free = free[free > taken]
-        if not free.size:
+    firsts = np.searchsorted(high, since[exact], side="right").tolist()
+    ends = np.searchsorted(low, since[exact], side="left").tolist()
+    for i, first, end in zip(exact, firsts, ends, strict=True):
+        taken = max(first, taken + 1)
+        if taken >= end:
             raise InputError(
                 f"exact sample {i} (time {instant(times[i])}) and those before it are more conditions than the "
                 "controls that act there: ask for more controls or fewer exact samples"
             )
-        taken = free[0]
 
 
 def least_squares(basis: BSplineBasis, samples: Keyframes, used: np.ndarray, weights: np.ndarray) -> Spline:
