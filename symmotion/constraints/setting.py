@@ -11,6 +11,9 @@ from symmotion.jets import RigidJet
 from symmotion.jets.space import JetSpace, Places
 from symmotion.splines.instants import distinct, unified
 
+# Times in every span or segment at which a bound begins to be held.
+DENSEST = 1000
+
 
 @dataclass(frozen=True, eq=False)
 class Setting:
@@ -80,7 +83,7 @@ class Setting:
 
     def inside_spans(self, density: int, name: str) -> np.ndarray:
         """(N,) `density` times inside every span, at the middles of equal parts: at a knot two spans say the same."""
-        checks.whole(density, 1, f"{name}: density")
+        checks.whole(density, 1, f"{name}: density", most=DENSEST)
         breaks = distinct(np.concatenate([s.breakpoints for s in self.spaces]))
         a, b = unified(self.domain, breaks)
         if not a < b:
@@ -113,6 +116,6 @@ def dense_times(times: np.ndarray, density: int, name: str) -> np.ndarray:
     >>> sm.constraints.dense_times(np.array([0.0, 1.0, 3.0]), 1, "bound")
     array([0.5, 2. ])
     """
-    density = checks.whole(density, 1, f"{name}: density")
+    density = checks.whole(density, 1, f"{name}: density", most=DENSEST)
     share = np.arange(1, density + 1) / (density + 1)
     return (times[:-1, None] + np.diff(times)[:, None] * share).ravel()

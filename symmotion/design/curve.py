@@ -15,6 +15,7 @@ from symmotion.curves import Curve
 from symmotion.design.affine import represent
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_rates, require_times
+from symmotion.design.spans import spline_degree
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Bending, Energy
 from symmotion.errors import InputError
@@ -28,7 +29,7 @@ from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, amid, from_origin, same_times, unified
 
-MOST_KNOTS = 10**6  # in every interval
+MOST_KNOTS = 20_000  # in every interval
 SMALL = 600  # conditions up to which a dense factorisation looks for redundant ones
 KEYFRAMES = "keyframes"
 
@@ -84,12 +85,12 @@ def curve_program(
     least, most = _orders(energy, conditions[0].value_shape if conditions else ())
     conditions = (*conditions, *_at_ends(conditions, isinstance(keys, Keyframes), ends, end_rates, most, domain))
     _require_names(conditions)
-    refine = checks.whole(refine, 0, "refine", " of knots per interval")
+    refine = checks.whole(refine, 0, "refine", " of knots per interval", most=MOST_KNOTS)
     marks = _marks(conditions, extra)
     highest = max((o for _, orders in marks for o in orders), default=0)
     if degree is None:
         degree = max(2 * most - 1, highest + 1 if highest >= most else 0)
-    degree = checks.whole(degree, max(most, highest), "degree")
+    degree = spline_degree(degree, max(most, highest))
     span = _domain(conditions, extra, domain)
     torn = np.unique(unified(torn, every))
     outside = ~((torn > span[0]) & (torn < span[1]))
@@ -101,8 +102,6 @@ def curve_program(
     inner = inner - origin
     if knots is None and refine:
         borders = np.unique(np.concatenate([ends_since, inner]))
-        if refine > MOST_KNOTS:
-            raise InputError(f"refine {refine}: {MOST_KNOTS} knots in every interval are the most")
         share = np.arange(1, refine + 1) / (refine + 1)
         inner = np.sort(np.concatenate([inner, (borders[:-1, None] + np.diff(borders)[:, None] * share).ravel()]))
     end = np.full(degree + 1, 1.0)

@@ -34,6 +34,7 @@ from symmotion.design.question import (
     require_volume,
     targets_of,
 )
+from symmotion.design.spans import spline_degree
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
@@ -107,7 +108,7 @@ def fit_program(
     began = perf_counter()
     samples, asked = as_keyframes(keys), as_constraints(constraints)
     energy = None if objective is None else as_objective(objective, objective)
-    degree = checks.whole(degree, 1, "degree")
+    degree = spline_degree(degree)
     huber = None if huber is None else checks.positive(huber, "huber")
     rates = rates_at_ends(ends, end_rates, samples.dimension)
     chosen = checks.indices(exact, len(samples), "exact sample")
