@@ -10,6 +10,7 @@ from typing import NoReturn
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.names import AXES, EULER, Meaning, meaning
+from symmotion.files.tables import advice
 
 # What can be told of a table: a role and its columns, by name or number; None for a role that no column has.
 Told = Mapping[str, str | int | Sequence[str | int] | None]
@@ -142,6 +143,7 @@ class _Header:
         raise InputError(
             f"{self.path}: of the columns ({self._shown()}) {self._shown(present) or 'none'} would be the {what}: it "
             f"takes exactly {takes}; {'; '.join(parts)}: say which with columns={{{role!r}: …}}, None for none"
+            f"{advice(self.header)}"
         )
 
     def chosen(self) -> Chosen:

@@ -22,6 +22,8 @@ REMEMBERED = 100  # comments above the rows, of which the last may name the colu
 PART = 2**12  # rows that are made numbers at once
 LONGEST = 10**6  # characters of a line of the first ones
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?|[-+]?\d+,")
+# What else columns may lie between.
+MARKS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", ":": "colons", "/": "slashes", "_": "underscores"}
 NOTHING = {"", "nan", "inf", "+inf", "-inf", "null", "none", "na", "n/a", "-"}
 
 
@@ -177,7 +179,7 @@ def number_parts(
         numbers, lines = array("d"), array("q")
         for line, fields in islice(rows, PART):
             if len(fields) != width and not (len(fields) == width + 1 and not fields[-1].strip()):
-                raise InputError(f"{path}, line {line}: {len(fields)} columns, not {width}{_advice(fields)}")
+                raise InputError(f"{path}, line {line}: {len(fields)} columns, not {width}{advice(fields)}")
             try:
                 if special is not None:
                     numbers.append(special(fields))
@@ -223,12 +225,12 @@ def _plainly(fields: Sequence[str], columns: Sequence[int]) -> list[float]:
         return [number(fields[column]) for column in columns]
 
 
-def _advice(fields: Sequence[str]) -> str:
-    if len(fields) == 1:
-        for mark, name in ((",", "commas"), (";", "semicolons"), ("\t", "tabs")):
-            if mark in fields[0]:
-                return f"; are they between {name}? give delimiter={mark!r}"
-    return ""
+def advice(fields: Sequence[str]) -> str:
+    """What may be between the numbers of a row that is one field; nothing where it is more."""
+    if len(fields) != 1:
+        return ""
+    most = max(MARKS, key=fields[0].count)
+    return f"; are they between {MARKS[most]}? give delimiter={most!r}" if most in fields[0] else ""
 
 
 def _or_nothing(word: str) -> float:
