@@ -356,7 +356,7 @@ RIGID_LATE = sm.interpolants.component_cubic(sm.Keyframes(LATE + SOON.times, SOO
     ("fails", "message"),
     [
         (lambda: RIGID_LATE(LATE + 3.5), r"1700000003.75 is outside the domain \[1700000000.25, 1700000003.25\]"),
-        (lambda: RIGID_LATE(LATE + 3.000001), r"1700000003.250001 is outside the domain \[1"),
+        (lambda: RIGID_LATE(LATE + 3.00001), r"1700000003.25001 is outside the domain \[1"),
         (lambda: sm.motions.part(RIGID_LATE, LATE + 1.5, LATE), "part from 1700000001.75 to 1700000000.25: both in"),
         (lambda: sm.splines.check_times([LATE, LATE - 0.01]), "1, 1700000000.24, comes before .* 0, 1700000000.25:"),
         (
