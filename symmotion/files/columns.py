@@ -129,9 +129,9 @@ class _Header:
 
     def _refuse(self, what: str, present: Sequence[int], takes: str) -> NoReturn:
         unknown = [i for i, m in enumerate(self.meanings) if m is None]
-        guesses = (
-            (self.header[i].strip(), get_close_matches(self.header[i].strip().lower(), USUAL, 1)) for i in unknown
-        )
+        known = {text.strip().lower() for text in self.header}
+        new = [name for name in USUAL if name not in known]
+        guesses = ((self.header[i].strip(), get_close_matches(self.header[i].strip().lower(), new, 1)) for i in unknown)
         likely = [f"{name} ({found[0]}?)" for name, found in guesses if found]
         read = [i for i, m in enumerate(self.meanings) if m is not None and m.kind != "other"]
         role = {"linear part": "quaternion"}.get(what, what)
