@@ -46,7 +46,7 @@ def arc_length(curve: Curve, start: float | None = None, end: float | None = Non
     a, b = curve.domain
     start, end = a if start is None else float(start), b if end is None else float(end)
     if not a <= start <= end <= b:
-        raise no_part("arc length", start, end, (a, b))
+        raise InputError(no_part("arc length", start, end, (a, b)))
     inner = curve.breakpoints[(curve.breakpoints > start) & (curve.breakpoints < end)]
     ends = np.concatenate([[start], inner, [end]])
     return _lengths(curve, ends[:-1], ends[1:]).value

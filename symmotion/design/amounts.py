@@ -133,11 +133,11 @@ class Smoothing:
         problems = [_Penalised(b, samples.times, k, weights) for k, b in bases.items()]
         if not problems:
             raise InputError(f"{m} samples at {len(sites)} times are too few to smooth: 5 or more are needed")
-        best = [
+        turn, place = (
             min((problem.amount(part, sigma) for problem in problems), key=lambda found: found.score)
             for part, sigma in zip((samples.linear.reshape(m, -1), samples.translation), sigmas, strict=True)
-        ]
-        return Smoothing(*best, d, m, noise is not None)
+        )
+        return Smoothing(turn, place, d, m, noise is not None)
 
     @property
     def degree(self) -> int:

@@ -79,7 +79,7 @@ def require_free(basis: BSplineBasis, times: np.ndarray, exact: np.ndarray) -> N
         taken = max(first, taken + 1)
         if taken >= end:
             raise InputError(
-                f"exact sample {i} (time {instant(times[i])}) and those before it are more conditions than the "
+                f"exact sample {i} (time {instant(float(times[i]))}) and those before it are more conditions than the "
                 "controls that act there: ask for more controls or fewer exact samples"
             )
 

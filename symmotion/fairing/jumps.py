@@ -46,8 +46,8 @@ class Direction:
         twice = (knots[inner] == knots[inner - 1]) | (knots[inner] == knots[inner + 1])
         if twice.any():
             raise InputError(
-                f"interior knot {instant(knots[inner[twice][0]])} in {name} is repeated or lies on the end of the "
-                "domain: fairing takes simple ones"
+                f"interior knot {instant(float(knots[inner[twice][0]]))} in {name} is repeated or lies on the end of "
+                "the domain: fairing takes simple ones"
             )
         jumps = np.zeros((len(inner), n))
         for row, k in enumerate(inner):

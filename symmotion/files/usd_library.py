@@ -94,6 +94,7 @@ def _joints(pxr: Any, path: FilePath, prim: Any, place: tuple[int, int]) -> list
     return joint_prims(path, str(prim.GetPath()), place, names, rest, animated, parts)
 
 
+# Any: as above.
 def _flat(values: Any) -> np.ndarray:
     """The numbers of an array of vectors or quaternions, whose real part comes first; of one without a value none."""
     rows = [(v.GetReal(), *v.GetImaginary()) if hasattr(v, "GetReal") else tuple(v) for v in values or ()]

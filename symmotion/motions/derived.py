@@ -252,7 +252,7 @@ def part(motion: AnyMotion, start: float, end: float) -> "AffineMotion | Retimed
     start, end = checks.number(start, "start"), checks.number(end, "end")
     slack = rounding_in(a, b)
     if not a - slack <= start < end <= b + slack or end - start <= slack:
-        raise no_part("part", start, end, (a, b))
+        raise InputError(no_part("part", start, end, (a, b)))
     start, end = max(start, a), min(end, b)
     if isinstance(motion, AffineMotion):
         return AffineMotion.from_spline(motion.spline.part(start, end), motion.dimension)

@@ -90,10 +90,10 @@ def put_inside(times: ArrayLike, domain: tuple[float, float], what: str = "param
     return np.clip(given, *domain)
 
 
-def no_part(what: str, start: float, end: float, domain: tuple[float, float]) -> InputError:
-    """The error of a stretch of time that is not one inside a domain."""
+def no_part(what: str, start: float, end: float, domain: tuple[float, float]) -> str:
+    """What is wrong with times that are no part of a domain."""
     first, last, a, b = instants(start, end, *domain)
-    return InputError(f"{what} from {first} to {last}: both in [{a}, {b}], in this order, are needed")
+    return f"{what} from {first} to {last}: both in [{a}, {b}], in this order, are needed"
 
 
 def require_steps(times: np.ndarray, what: str) -> None:

@@ -132,7 +132,7 @@ class Spline:
         """The same function between two times of its domain, on a clamped knot vector there."""
         a, b = self.domain
         if not a <= start < end <= b:
-            raise no_part("part", start, end, (a, b))
+            raise InputError(no_part("part", start, end, (a, b)))
         plain, p, origin = self.clamped(), self.degree, self.basis.origin
         first, last, knots = start - origin, end - origin, plain.basis.knots
         inner = knots[(knots > first) & (knots < last)]
