@@ -93,9 +93,19 @@ def start_of(times: np.ndarray) -> float:
     return float(times[0]) if abs(times[0]) > FAR * abs(times[-1] - times[0]) > 0 else 0.0
 
 
-def instant(time: float) -> str:
-    """A time to six digits, a large one to six decimals: seconds from 1970 are all alike in their first digits."""
-    return f"{time:g}" if abs(time) < 1e3 else f"{round(float(time), 6):.15g}"
+def instant(time: float, digits: int = 6) -> str:
+    """A time to so many digits, a large one to as many decimals: seconds from 1970 are alike in their first digits."""
+    return f"{time:.{digits}g}" if abs(time) < 1e3 else f"{round(float(time), digits):.{max(digits, 15)}g}"
+
+
+def instants(*times: float) -> tuple[str, ...]:
+    """Times with as many digits, six at least, as tell those apart that differ: for messages that compare them."""
+    shown = ()
+    for digits in range(6, 18):
+        shown = tuple(instant(time, digits) for time in times)
+        if len(set(shown)) == len(set(times)):
+            break
+    return shown
 
 
 def between(first: float, last: float) -> str:

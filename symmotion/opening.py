@@ -1,5 +1,6 @@
 """Input files, opened: regular ones only, of bounded size."""
 
+import codecs
 import gzip
 import os
 import stat
@@ -14,6 +15,7 @@ from symmotion.errors import InputError
 
 FilePath = str | os.PathLike[str]
 PACKED = b"\x1f\x8b"  # what gzip files begin with
+WIDE = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE  # what UTF-16 begins with, as spreadsheets write it
 LARGEST = 512 * 2**20
 
 
@@ -49,7 +51,9 @@ def readable(path: FilePath, encoding: str = "utf-8-sig", remedy: str = "") -> I
     """
     with readable_bytes(path) as source:
         try:
-            handle = TextIOWrapper(source, encoding=encoding)
+            wide = encoding == "utf-8-sig" and source.read(2) in WIDE
+            source.seek(0)
+            handle = TextIOWrapper(source, encoding="utf-16" if wide else encoding)
             yield handle
             handle.detach()
         except UnicodeError as error:

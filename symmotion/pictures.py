@@ -86,14 +86,15 @@ def plot_solution(
     axes: "Axes | None" = None,
     *,
     kind: Literal["motion", "convergence", "multipliers", "band"] | None = None,
+    up: "Up" = "z",
 ) -> "Axes":
     """The motion with its keyframes, the convergence, the multipliers, or how well a fit is known; returns the axes.
 
-    When left out, the motion where it has a picture, else the convergence.
+    kind: when left out, the motion where it has a picture, else the convergence; up: as for the `plot` of motions.
     """
     from symmotion.views.plots import plot_solution
 
-    return plot_solution(self, axes, kind=kind)
+    return plot_solution(self, axes, kind=kind, up=up)
 
 
 def plot_band(self: "Band", axes: "Axes | None" = None) -> "Axes":

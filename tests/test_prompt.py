@@ -14,7 +14,7 @@ import pytest
 from movements import ALONG, CURVES, MOTIONS, NET, RIGID
 
 import symmotion as sm
-from symmotion.brief import brief
+from symmotion.brief import brief, instants
 from symmotion.files.skeleton import Joint
 from symmotion.jets.nets import NetSpace
 from symmotion.motions.nets import noisy_net
@@ -349,10 +349,37 @@ def test_large_times_are_told_from_the_first(soon, late):
     assert repr(late) == repr(soon).replace("0 to 1.5", "0 to 1.5 after 1700000000.25")
 
 
+RIGID_LATE = sm.interpolants.component_cubic(sm.Keyframes(LATE + SOON.times, SOON.linear, SOON.translation))
+
+
+@pytest.mark.parametrize(
+    ("fails", "message"),
+    [
+        (lambda: RIGID_LATE(LATE + 3.5), r"1700000003.75 is outside the domain \[1700000000.25, 1700000003.25\]"),
+        (lambda: RIGID_LATE(LATE + 3.00001), r"1700000003.25001 is outside the domain \[1"),
+        (lambda: sm.motions.part(RIGID_LATE, LATE + 1.5, LATE), "part from 1700000001.75 to 1700000000.25: both in"),
+        (lambda: sm.splines.check_times([LATE, LATE - 0.01]), "1, 1700000000.24, comes before .* 0, 1700000000.25:"),
+        (
+            lambda: sm.splines.BSplineBasis.clamped([LATE, LATE + 1], 2)(LATE + 2),
+            r"1700000002.25 is .*\[1700000000.25,",
+        ),
+        (
+            lambda: sm.curve_program([C.CurveCondition.at([LATE, LATE + 1], np.eye(2))], domain=(LATE, LATE + 0.5)),
+            r"time 1700000001.25 is outside the domain \[1700000000.25, 1700000000.75\]",
+        ),
+    ],
+)
+def test_messages_tell_large_times_apart(fails, message):
+    with pytest.raises(sm.InputError, match=message):
+        fails()
+
+
 def test_large_times_can_be_told_apart():
     one, other = sm.Keyframes(LATE + SOON.times / 100, SOON.linear, SOON.translation)[1:3]
     assert "time 1700000000.26," in repr(one)
     assert "time 1700000000.27," in repr(other)
+    assert instants(LATE + 0.25, LATE + 0.2500005) == ("1700000000.5", "1700000000.5000005")
+    assert instants(1.0000001, 0.0, 1.0) == ("1.0000001", "0", "1") and instants(2.0, 2.0) == ("2", "2")
     assert brief(LATE + np.array([0.0, 0.01])) == "[1700000000.25, 1700000000.26]"
     assert brief(LATE) == "1700000000.25"
     assert brief(np.array([1.0, 1.0 + 2e-16, 1.0])) == "[1, 1, 1]"

@@ -5,7 +5,7 @@ from itertools import count, islice
 import numpy as np
 
 import symmotion as sm
-from studies.shares import share
+from studies.shares import interval, share
 from studies.solving.hard_keyframes import problem
 from studies.solving.robustness import QUICK_UNKNOWNS, SAME
 from symmotion.bodies import letter_k
@@ -32,22 +32,21 @@ def run(options: StudyOptions) -> StudyResult:
         tried.append((counted, min(counted.min(), more.min())))
     reached = shares(tried)
     figures = (_motions(found, keys), _budget(reached))
+    first, last = (share(round(reached[k] * len(tried)), len(tried)) for k in (0, -1))
     conclusion = (
         f"Three keyframes turned to 150° and 320° have {len(found.minima)} minima that {BUDGET} starts found, from "
         f"{found.best.objective:.5g} to {found.minima[-1].objective:.5g}: they go one way round or the other, or "
         f"through shapes that collapse. {found.drawn} of them were met by {found.draws} random starts, which leaves "
         f"{found.unseen:.2g} expected unseen.\n\n"
-        f"On {len(tried)} hard problems the own start ends at the best value known in {100 * reached[0]:.3g} %, one of "
-        f"{BUDGET} starts of the portfolio in {100 * reached[-1]:.3g} %. The best value known is no proof: see the "
-        "study global."
+        f"Of hard problems the own start ends at the best value known in {first}, one of {BUDGET} starts of the "
+        f"portfolio in {last}. The best value known is no proof: see the study global."
     )
-    first, last = (share(round(reached[k] * len(tried)), len(tried)) for k in (0, -1))
     answer = (
         f"Three far turned keyframes have {len(found.minima)} minima, R from {found.best.objective:.3g} to "
         f"{found.minima[-1].objective:.3g}; one start finds the best value known in {first} hard problems, {BUDGET} in "
         f"{last}."
     )
-    tables = (_table(found), _shares_table(reached))
+    tables = (_table(found), _shares_table(reached, len(tried)))
     return StudyResult(tables, figures, tuple(runs), conclusion, answer=answer)
 
 
@@ -73,10 +72,18 @@ def _table(found: sm.answers.Exploration) -> Table:
     return Table("minima", columns, tuple(rows), f"Where {BUDGET} starts led to, lowest first.")
 
 
-def _shares_table(reached: np.ndarray) -> Table:
-    rows = [(n, 100 * reached[n - 1]) for n in (1, 2, 4, 8, 16, BUDGET)]
-    caption = "Hard problems of which the best value known was reached by the first starts of the portfolio."
-    return Table("best known", (Column("starts"), Column("problems", "%")), tuple(rows), caption)
+def _shares_table(reached: np.ndarray, of: int) -> Table:
+    ends = (Column("from", end=True), Column("to", end=True))
+    rows = [
+        (n, 100 * reach, *interval(round(of * reach), of))
+        for n in (1, 2, 4, 8, 16, BUDGET)
+        for reach in [float(reached[n - 1])]
+    ]
+    caption = (
+        "Hard problems of which the best value known was reached by the first starts of the portfolio, with Wilson's "
+        "95 % intervals."
+    )
+    return Table("best known", (Column("starts"), Column("problems", "%"), *ends), tuple(rows), caption)
 
 
 def _motions(found: sm.answers.Exploration, keys: sm.Keyframes) -> Figure:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from symmotion.bodies.body import Body, Shape
 from symmotion.bodies.shapes import Up
+from symmotion.brief import instant
 from symmotion.errors import InputError
 from symmotion.motions import Affine, PoseMotion
 from symmotion.motions.interpolants import SegmentCurve
@@ -115,7 +116,7 @@ def extent(motion: Moving, points: np.ndarray) -> float:
         places = carried(motion, points, t)
     finite = np.isfinite(places).all(axis=(1, 2))
     if not finite.all():
-        raise InputError(f"the motion is not finite at time {t[np.argmin(finite)]:g}")
+        raise InputError(f"the motion is not finite at time {instant(t[np.argmin(finite)])}")
     size = float(np.linalg.norm(np.ptp(places.reshape(-1, 3), axis=0)))
     if size == 0:
         raise InputError("the body is one point that stands still: there is no motion to write")

@@ -21,6 +21,7 @@ from symmotion.commands.parsing import (
 from symmotion.commands.wording import note
 from symmotion.constraints import MotionConstraint, Periodic, Tolerance
 from symmotion.design import affine_program, free_times_program
+from symmotion.design.spans import MOST_KNOTS
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError, SolveError
 from symmotion.files.formats import rows
@@ -35,6 +36,7 @@ EXAMPLE = """\
   symmotion design poses.tum -o motion.json motion.csv --objective rigidity+0.001*energy
   symmotion design walk.bvh --node LeftHand -o hand.glb hand.usda hand.gif"""
 READ = rows(FORMATS, "read", "keyframes")
+MOST_STARTS = 100_000
 WRITTEN = rows(FORMATS, "write", "motion", "scene", "film")
 
 
@@ -93,14 +95,14 @@ def _check(options: argparse.Namespace) -> None:
     if options.tolerance is not None:
         checks.positive(options.tolerance, "--tolerance")
     if options.auto_knots is not None:
-        checks.whole(options.auto_knots, 0, "--auto-knots")
+        checks.whole(options.auto_knots, 0, "--auto-knots", " of knots", most=MOST_KNOTS)
     checks.choice(options.ends, ENDS, "--ends")
     if options.solver is not None:
         with at_fault("--solver"):
             solver_by_name(options.solver)
     conditions = options.periodic or options.tolerance is not None
     if options.explore is not None:
-        checks.whole(options.explore, 1, "--explore", " of starts")
+        checks.whole(options.explore, 1, "--explore", " of starts", most=MOST_STARTS)
         if options.auto_knots is not None:
             raise InputError("--explore does not go with --auto-knots: leave one out")
     if options.auto_knots is not None and (conditions or options.free_times):

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
-from symmotion import checks
+from symmotion.design.spans import knots_between, spline_degree
 from symmotion.errors import InputError, plain
 from symmotion.files.formats import Format, Option, Way, endings, takers
 from symmotion.version import __version__
@@ -84,8 +84,8 @@ def add_spline(parser: argparse.ArgumentParser) -> None:
 
 def check_spline(options: argparse.Namespace) -> None:
     """Raise InputError for a degree or number of knots that cannot be."""
-    checks.whole(options.degree, 1, "--degree")
-    checks.whole(options.refine, 0, "--refine")
+    spline_degree(options.degree, what="--degree")
+    knots_between(options.refine, "--refine")
 
 
 def flag_of(name: str) -> str:

@@ -13,6 +13,8 @@ from symmotion.files.table import FORMATS
 
 # What a message says to give: frames='found', delimiter=';', norms=0.05, orthonormalise=True, columns={'time': …}.
 GIVEN = re.compile(r"\b([a-z_]+)=('[^']*'|\{[^}]*\}|True)|\b(norms)=([0-9.e-]*[0-9])")
+# What a message begins with where an option is at fault: rate 1e+09 makes …, w.csv: rate ….
+AT_FAULT = re.compile(r"(?:(?<=^)|(?<=: ))[a-z_]+(?= [-+]?[0-9])")
 QUOTE = "'"
 COLUMNS = re.compile(r"\{(?:'(\w+)': )?…\}")
 SOLVERS = {"ExactNewton()": "newton", "Ipopt()": "ipopt"}
@@ -40,7 +42,12 @@ def worded(text: str, options: argparse.Namespace) -> str:
             return f"{flag_of(name)} {roles[1] or 'ROLE'}=NAME,…"
         return f"{flag_of(name)} {shlex.quote(value.strip(QUOTE))}"
 
-    said = GIVEN.sub(flagged, text).replace("NAME,…, None for none", "NAME,…, without a NAME for none")
+    def blamed(found: re.Match[str]) -> str:
+        flag = flag_of(found[0])
+        return flag if found[0] in known and not text[: found.start()].endswith(f"{flag}: ") else found[0]
+
+    said = AT_FAULT.sub(blamed, text)
+    said = GIVEN.sub(flagged, said).replace("NAME,…, None for none", "NAME,…, without a NAME for none")
     said = re.sub(r"(^|: )columns: ", r"\1--columns: ", said) if "columns" in known else said
     if _repeats(options):
         said = said.replace("keys.merged()", "--repeated merge")

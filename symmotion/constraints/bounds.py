@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import instant
 from symmotion.constraints.constraint import DENSITY, JetConstraint, MotionConstraint
 from symmotion.constraints.keyframed import dimension
 from symmotion.constraints.setting import Setting
@@ -36,7 +37,9 @@ class UnitVolume(MotionConstraint):
         times = setting.inside(np.atleast_1d(checks.numbers(self.times, f"{self.name}: times")), self.name)
         on_keyframe = np.isin(times, setting.times)  # exact: `inside` puts them there
         if on_keyframe.any():
-            raise InputError(f"{self.name}: time {times[on_keyframe][0]:g} is a keyframe's, whose volume is given")
+            raise InputError(
+                f"{self.name}: time {instant(times[on_keyframe][0])} is a keyframe's, whose volume is given"
+            )
         return JetConstraint(lambda jet: ca.det(jet.A) - 1, at=times, name=self.name)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from symmotion import checks
 from symmotion.brief import in_a_line
 from symmotion.constraints.along import Along
-from symmotion.constraints.setting import Setting, placed
+from symmotion.constraints.setting import DENSEST, Setting, placed
 from symmotion.errors import InputError
 from symmotion.jets import AnyJet, Written
 from symmotion.jets.enclosed import values as values_of
@@ -155,7 +155,7 @@ class JetConstraint(MotionConstraint):
         if not callable(self.function):
             raise InputError(f"{self.name}: function {self.function!r}: a function of a jet is needed")
         checks.text(self.name, "name of a constraint")
-        checks.whole(self.density, 1, f"{self.name}: density")
+        checks.whole(self.density, 1, f"{self.name}: density", most=DENSEST)
         low, high = (checks.numbers(b, f"{self.name}: {w}") for b, w in ((self.lower, "lower"), (self.upper, "upper")))
         if np.isnan(low).any() or np.isnan(high).any():
             raise InputError(f"{self.name}: a bound is not a number")

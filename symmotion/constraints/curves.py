@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from symmotion import checks
-from symmotion.brief import between
+from symmotion.brief import between, instant, instants
 from symmotion.constraints.constraint import JetConstraint, MotionConstraint, require_possible
 from symmotion.constraints.setting import Setting
 from symmotion.errors import InputError
@@ -92,7 +92,9 @@ class CurveCondition(MotionConstraint):
         low, high = _alike(low, high, name)
         crossed = (low > high).reshape(len(times), -1).any(axis=1)
         if crossed.any():
-            raise InputError(f"{name}: the lower bound at time {times[np.argmax(crossed)]:g} is above the upper one")
+            raise InputError(
+                f"{name}: the lower bound at time {instant(times[np.argmax(crossed)])} is above the upper one"
+            )
         return _single(name, times, order, "right", np.zeros(len(times)), low, high)
 
     @staticmethod
@@ -117,7 +119,8 @@ class CurveCondition(MotionConstraint):
         """
         ends = _times([checks.number(start, f"{name}: start"), checks.number(end, f"{name}: end")], name)
         if ends[0] > ends[1]:
-            raise InputError(f"{name}: the start {start:g} comes after the end {end:g}")
+            first, last = instants(*ends)
+            raise InputError(f"{name}: the start {first} comes after the end {last}")
         if isinstance(orders, str) or not isinstance(orders, Iterable):
             raise InputError(f"{name}: orders {checks.told(orders)}: a list of derivative orders is needed")
         checked = np.array([_order(o, name) for o in orders])
@@ -269,7 +272,7 @@ def _times(times: ArrayLike, name: str) -> np.ndarray:
         raise InputError(f"{name}: times of shape {array.shape}: finite, (N,), N ≥ 1, is needed")
     values, counts = np.unique(unified(array), return_counts=True)
     if (counts > 1).any():
-        raise InputError(f"{name}: time {values[np.argmax(counts > 1)]:g} is given twice")
+        raise InputError(f"{name}: time {instant(values[np.argmax(counts > 1)])} is given twice")
     return array
 
 

@@ -5,11 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from symmotion import checks
-from symmotion.brief import in_a_line
+from symmotion.brief import in_a_line, instants
 from symmotion.errors import InputError
 from symmotion.jets import RigidJet
 from symmotion.jets.space import JetSpace, Places
 from symmotion.splines.instants import distinct, unified
+
+# Times in every span or segment at which a bound begins to be held.
+DENSEST = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +83,7 @@ class Setting:
 
     def inside_spans(self, density: int, name: str) -> np.ndarray:
         """(N,) `density` times inside every span, at the middles of equal parts: at a knot two spans say the same."""
-        checks.whole(density, 1, f"{name}: density")
+        checks.whole(density, 1, f"{name}: density", most=DENSEST)
         breaks = distinct(np.concatenate([s.breakpoints for s in self.spaces]))
         a, b = unified(self.domain, breaks)
         if not a < b:
@@ -100,7 +103,8 @@ def placed(times: np.ndarray, domain: tuple[float, float], marks: np.ndarray, na
     times = unified(times, [a, b, *marks])
     outside = ~((times >= a) & (times <= b))
     if outside.any():
-        raise InputError(f"{name}: time {times[outside][0]} is outside the motion's domain [{a:g}, {b:g}]")
+        t, a, b = instants(times[outside][0], a, b)
+        raise InputError(f"{name}: time {t} is outside the motion's domain [{a}, {b}]")
     return times
 
 
@@ -112,6 +116,6 @@ def dense_times(times: np.ndarray, density: int, name: str) -> np.ndarray:
     >>> sm.constraints.dense_times(np.array([0.0, 1.0, 3.0]), 1, "bound")
     array([0.5, 2. ])
     """
-    density = checks.whole(density, 1, f"{name}: density")
+    density = checks.whole(density, 1, f"{name}: density", most=DENSEST)
     share = np.arange(1, density + 1) / (density + 1)
     return (times[:-1, None] + np.diff(times)[:, None] * share).ravel()

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from symmotion.brief import instant
 from symmotion.curves.curve import Curve
 from symmotion.curves.series import Series, product, reciprocal, root
 from symmotion.errors import InputError
@@ -57,14 +58,16 @@ def from_rest(curve: Curve, t: float, nu: int, mean: float) -> np.ndarray:
     if left is not None:
         left = [(-1) ** (k + 1) * c for k, c in enumerate(left)]
     if right is not None and left is not None and np.linalg.norm(right[0] - left[0]) > 1e-5:
-        raise InputError(f"the curve stops at time {t:.9g} and turns there: at constant speed it has no derivative")
+        raise InputError(
+            f"the curve stops at time {instant(t, 9)} and turns there: at constant speed it has no derivative"
+        )
     found = right if right is not None else left
     if found is None:
-        raise InputError(f"the curve rests about time {t:.9g}: at constant speed it has no derivative there")
+        raise InputError(f"the curve rests about time {instant(t, 9)}: at constant speed it has no derivative there")
     if len(found) < nu:
         raise InputError(
-            f"the curve stops at time {t:.9g} and bends there: its derivative of order {nu} at constant speed is "
-            "infinite"
+            f"the curve stops at time {instant(t, 9)} and bends there: its derivative of order {nu} at constant "
+            "speed is infinite"
         )
     return found[nu - 1] + 0.0  # no minus before a zero
 

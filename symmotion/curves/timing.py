@@ -4,9 +4,8 @@ from functools import cached_property
 from math import factorial
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from symmotion.brief import between
+from symmotion.brief import between, instant, instants
 from symmotion.checks import floats, numbers, whole
 from symmotion.curves.bezier import bezier, check_domain
 from symmotion.curves.curve import Curve
@@ -15,7 +14,7 @@ from symmotion.curves.stops import derivatives, from_rest, resting
 from symmotion.errors import InputError, SolveError
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Integral, Spline, from_origin, integrate
-from symmotion.splines.instants import distinct, inside
+from symmotion.splines.instants import distinct, inside, no_part, put_inside
 from symmotion.values import value
 
 LEAST_DIGITS = 6  # of a length that is of use: rounding may leave fewer than are asked for
@@ -47,7 +46,7 @@ def arc_length(curve: Curve, start: float | None = None, end: float | None = Non
     a, b = curve.domain
     start, end = a if start is None else float(start), b if end is None else float(end)
     if not a <= start <= end <= b:
-        raise InputError(f"arc length from {start:g} to {end:g}: both in [{a:g}, {b:g}], in this order, are needed")
+        raise InputError(no_part("arc length", start, end, (a, b)))
     inner = curve.breakpoints[(curve.breakpoints > start) & (curve.breakpoints < end)]
     ends = np.concatenate([[start], inner, [end]])
     return _lengths(curve, ends[:-1], ends[1:]).value
@@ -63,11 +62,11 @@ def _lengths(curve: Curve, start: np.ndarray, end: np.ndarray) -> Integral:
     slope = derivatives(curve)
     found = integrate(lambda t: np.linalg.norm(slope(t, 1), axis=1), start - origin, end - origin, 1e-14)
     if not np.isfinite(found.error):
-        raise InputError(f"the speed of the curve is no finite number near time {found.worst[0] + origin:.9g}")
+        raise InputError(f"the speed of the curve is no finite number near time {instant(found.worst[0] + origin, 9)}")
     if not found.reached and found.digits < LEAST_DIGITS:
         raise SolveError(
             f"the length of the curve is {found.value:.9g} to {found.digits} digits only: its speed is too rough about "
-            f"time {found.worst[0] + origin:.9g}"
+            f"time {instant(found.worst[0] + origin, 9)}"
         )
     return found
 
@@ -98,7 +97,7 @@ class ArcParameter:
 
     def __repr__(self) -> str:
         a, b = self.domain
-        return f"ArcParameter(length {self.length:g} of {self.curve!r}, {a:g} to {b:g})"
+        return f"ArcParameter(length {self.length:g} of {self.curve!r}, {between(a, b)})"
 
     @cached_property
     def _table(self) -> tuple[np.ndarray, np.ndarray]:
@@ -132,15 +131,15 @@ class ArcParameter:
 
     def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
         """The nu-th derivative at t, the shape of t; for nu > 0 InputError where the curve itself stops: infinite."""
-        t = _inside(t, self.domain)
+        t = put_inside(t, self.domain)
         u = self._inverse(t.ravel()).reshape(t.shape)
         if nu == 0:
             return u
         stops = self.stops(u.ravel())
         if not np.isnan(stops).all():
             raise InputError(
-                f"the curve stops at time {stops[~np.isnan(stops)][0]:.9g}: the derivatives of its parameter by the "
-                "arc length are infinite there"
+                f"the curve stops at time {instant(stops[~np.isnan(stops)][0], 9)}: the derivatives of its parameter "
+                "by the arc length are infinite there"
             )
         # ds/du = ‖x'‖ as a series; then du/ds = 1/‖x'(u(s))‖ gives one coefficient of u after the other.
         slopes = [(k + 1) * c.reshape(*t.shape, -1) for k, c in enumerate(taylor(self.curve, u, nu)[1:])]
@@ -184,7 +183,8 @@ def require_warp(warp: Spline | ArcParameter, domain: tuple[float, float], outsi
     if ends.shape != (2,):
         raise InputError("a time warp must be a curve of scalars")
     if not inside(ends, (a, b)).all():
-        raise InputError(f"the warp leads from {ends[0]:g} to {ends[1]:g}, {outside} [{a:g}, {b:g}]")
+        first, last, low, high = instants(*ends, a, b)
+        raise InputError(f"the warp leads from {first} to {last}, {outside} [{low}, {high}]")
 
 
 @value
@@ -228,7 +228,7 @@ class Retimed:
     def __call__(self, t, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
         """The nu-th derivative at t; raises InputError outside the domain, `extrapolate` or not."""
         nu = whole(nu, 0, "derivative order")
-        t = _inside(t, self.domain)
+        t = put_inside(t, self.domain)
         if nu and isinstance(self.warp, ArcParameter) and self.warp.curve == self.curve:
             stops = self.warp.stops(self.warp(t.ravel()))
             if not np.isnan(stops).all():
@@ -249,7 +249,7 @@ class Retimed:
 
     def _composed(self, t: np.ndarray, nu: int) -> np.ndarray:
         inner = taylor(self.warp, t, nu)
-        inner[0] = _inside(inner[0], self.curve.domain)
+        inner[0] = put_inside(inner[0], self.curve.domain)
         outer = taylor(self.curve, inner[0], nu)
         return factorial(nu) * compose(outer, inner)[nu]
 
@@ -330,15 +330,6 @@ def smooth_step(order: int = 1, domain: tuple[float, float] = (0.0, 1.0)) -> Spl
     array([0.     , 0.15625, 1.     ])
     """
     return bezier(np.repeat([0.0, 1.0], whole(order, 0, "order") + 1), domain)
-
-
-def _inside(t: ArrayLike, domain: tuple[float, float]) -> np.ndarray:
-    """t as an array, brought into the domain where only rounding leads out of it; else InputError."""
-    t, (a, b) = numbers(t, "times"), domain
-    there = inside(t, domain)
-    if not there.all():
-        raise InputError(f"parameter {t[~there].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
-    return np.clip(t, a, b)
 
 
 def solutions(warp: Spline, value: float) -> np.ndarray:

@@ -30,7 +30,7 @@ from symmotion.design.question import (
     require_volume,
 )
 from symmotion.design.rigid_start import other_way, rigid_spline, turns_between
-from symmotion.design.spans import refined_times
+from symmotion.design.spans import knots_between, refined_times, spline_degree
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Energy, Rigidity
 from symmotion.errors import InputError
@@ -89,7 +89,7 @@ def affine_program(
     began = perf_counter()
     keys = apart_keyframes(keys)
     energy, asked = as_objective(objective, RIGIDITY), as_constraints(constraints)
-    degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
+    degree, refine = spline_degree(degree), knots_between(refine)
     origin, since = from_origin(keys.times)
     inner = refined_times(since, refine)[1:-1] if knots is None else placed_knots(knots, keys.times) - origin
     basis = _clamped(since[0], inner, since[-1], degree, origin)

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
-from symmotion.brief import in_a_line
+from symmotion.brief import in_a_line, instant, instants
 from symmotion.constraints import CurveCondition, JetConstraint, MotionConstraint, Setting
 from symmotion.curves import Curve
 from symmotion.design.affine import represent
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_rates, require_times
+from symmotion.design.spans import spline_degree
 from symmotion.design.terms import as_objective, kernel_of, parts_of, terms_of
 from symmotion.energies import Bending, Energy
 from symmotion.errors import InputError
@@ -28,7 +29,7 @@ from symmotion.program.state import made_of
 from symmotion.renamed import renamed
 from symmotion.splines import BSplineBasis, Spline, amid, from_origin, same_times, unified
 
-MOST_KNOTS = 10**6  # in every interval
+MOST_KNOTS = 20_000  # in every interval
 SMALL = 600  # conditions up to which a dense factorisation looks for redundant ones
 KEYFRAMES = "keyframes"
 
@@ -84,24 +85,23 @@ def curve_program(
     least, most = _orders(energy, conditions[0].value_shape if conditions else ())
     conditions = (*conditions, *_at_ends(conditions, isinstance(keys, Keyframes), ends, end_rates, most, domain))
     _require_names(conditions)
-    refine = checks.whole(refine, 0, "refine", " of knots per interval")
+    refine = checks.whole(refine, 0, "refine", " of knots per interval", most=MOST_KNOTS)
     marks = _marks(conditions, extra)
     highest = max((o for _, orders in marks for o in orders), default=0)
     if degree is None:
         degree = max(2 * most - 1, highest + 1 if highest >= most else 0)
-    degree = checks.whole(degree, max(most, highest), "degree")
+    degree = spline_degree(degree, max(most, highest))
     span = _domain(conditions, extra, domain)
     torn = np.unique(unified(torn, every))
     outside = ~((torn > span[0]) & (torn < span[1]))
     if outside.any():
-        raise InputError(f"break {torn[outside][0]:g} is not inside the domain ({span[0]:g}, {span[1]:g})")
+        at, a, b = instants(torn[outside][0], *span)
+        raise InputError(f"break {at} is not inside the domain ({a}, {b})")
     inner = _knots(marks, most, degree, span, torn) if knots is None else unified(given, every)
     origin, ends_since = from_origin(np.array(span))
     inner = inner - origin
     if knots is None and refine:
         borders = np.unique(np.concatenate([ends_since, inner]))
-        if refine > MOST_KNOTS:
-            raise InputError(f"refine {refine}: {MOST_KNOTS} knots in every interval are the most")
         share = np.arange(1, refine + 1) / (refine + 1)
         inner = np.sort(np.concatenate([inner, (borders[:-1, None] + np.diff(borders)[:, None] * share).ravel()]))
     end = np.full(degree + 1, 1.0)
@@ -201,11 +201,13 @@ def _domain(
     ends = min(t.min() for t in telling), max(t.max() for t in telling)
     a, b = ends if domain is None else checks.array(domain, (2,), "domain").tolist()
     if not (np.isfinite([a, b]).all() and a < b):
-        raise InputError(f"domain from {a:g} to {b:g}: conditions at two times or more, or a longer domain, are needed")
+        a, b = instants(a, b)
+        raise InputError(f"domain from {a} to {b}: conditions at two times or more, or a longer domain, are needed")
     for name, times in spoken:
         if times.min() < a or times.max() > b:
             worst = times.min() if times.min() < a else times.max()
-            raise InputError(f"{name}: time {worst:g} is outside the domain [{a:g}, {b:g}]")
+            at, first, last = instants(worst, a, b)
+            raise InputError(f"{name}: time {at} is outside the domain [{first}, {last}]")
     return float(a), float(b)
 
 
@@ -326,7 +328,7 @@ class CurveDesign:
                 low, high = lower[i], upper[i]
                 slack = 1e-12 * max(1.0, np.abs(g).max())
                 if (g < low - slack).any() or (g > high + slack).any():
-                    raise InputError(f"{c.name} at time {c.times[i, 0]:g} contradicts {name} there")
+                    raise InputError(f"{c.name} at time {instant(c.times[i, 0])} contradicts {name} there")
             kept[c.name] = np.setdiff1d(kept[c.name], [i for i, *_ in decided])
         return kept
 
@@ -363,8 +365,8 @@ class CurveDesign:
         if (pivots <= 1e-11).any():
             c, i = labels[int(np.argmax(pivots <= 1e-11))]
             raise InputError(
-                f"{c.name}, row {i} (time {c.times[i, -1]:g}), follows from the conditions before it or contradicts "
-                "them: leave it out, or insert knots"
+                f"{c.name}, row {i} (time {instant(c.times[i, -1])}), follows from the conditions before it or "
+                "contradicts them: leave it out, or insert knots"
             )
 
     def _require_determined(self) -> None:

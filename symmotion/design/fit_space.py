@@ -1,10 +1,13 @@
-"""The spline space of a fit: knots for a number of controls, and whether samples determine them."""
+"""The spline space of a fit: knots for a number of controls, whether samples determine them, and what follows them."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import instant, instants
 from symmotion.errors import InputError
-from symmotion.splines import BSplineBasis, from_origin, unified
+from symmotion.motions import Keyframes
+from symmotion.splines import BSplineBasis, Spline, from_origin, unified
 
 SPARSE = 0.75  # controls per sample up to which knots lie at equal numbers of samples
 
@@ -51,29 +54,67 @@ def _supports(basis: BSplineBasis) -> tuple[np.ndarray, np.ndarray]:
 def require_determined(basis: BSplineBasis, times: np.ndarray, used: np.ndarray) -> None:
     """Raise InputError unless every control gets a sample of its own inside its support, in order."""
     taken, times = -1, times - basis.origin
-    for j, (low, high) in enumerate(zip(*_supports(basis), strict=True)):
-        inside = np.flatnonzero((times[used] > low) & (times[used] < high))
-        free = inside[inside > taken]
-        if not free.size:
-            there = f"samples {used[inside[0]]} to {used[inside[-1]]}" if inside.size else "no samples"
-            first, last = basis.origin + low, basis.origin + high
+    low, high = _supports(basis)
+    firsts = np.searchsorted(times[used], low, side="right").tolist()
+    ends = np.searchsorted(times[used], high, side="left").tolist()
+    for j, (first, end) in enumerate(zip(firsts, ends, strict=True)):
+        free = max(first, taken + 1)
+        if free >= end:
+            there = f"samples {used[first]} to {used[end - 1]}" if end > first else "no samples"
+            first, last = instants(*(basis.origin + np.clip([low[j], high[j]], *basis.knots[[0, -1]])))
             raise InputError(
-                f"control {j} acts between the times {first:g} and {last:g}, where there are {there}: "
+                f"control {j} acts between the times {first} and {last}, where there are {there}: "
                 "too few for the controls there; move the knots or ask for fewer controls"
             )
-        taken = free[0]
+        taken = free
 
 
 def require_free(basis: BSplineBasis, times: np.ndarray, exact: np.ndarray) -> None:
     """Raise InputError unless every exact sample gets a control of its own that acts there, in order."""
-    low, high = _supports(basis)
+    (low, high), since = _supports(basis), times - basis.origin
     taken = -1
-    for i in exact:
-        free = np.flatnonzero((low < times[i] - basis.origin) & (times[i] - basis.origin < high))
-        free = free[free > taken]
-        if not free.size:
+    firsts = np.searchsorted(high, since[exact], side="right").tolist()
+    ends = np.searchsorted(low, since[exact], side="left").tolist()
+    for i, first, end in zip(exact, firsts, ends, strict=True):
+        taken = max(first, taken + 1)
+        if taken >= end:
             raise InputError(
-                f"exact sample {i} (time {times[i]:g}) and those before it are more conditions than the controls "
-                "that act there: ask for more controls or fewer exact samples"
+                f"exact sample {i} (time {instant(float(times[i]))}) and those before it are more conditions than the "
+                "controls that act there: ask for more controls or fewer exact samples"
             )
-        taken = free[0]
+
+
+def least_squares(basis: BSplineBasis, samples: Keyframes, used: np.ndarray, weights: np.ndarray) -> Spline:
+    """The spline of least Σ w_i ‖s(t_i) − sample_i‖² over the samples used; weight one where an exact one has none."""
+    from scipy.interpolate import make_lsq_spline  # here: see Spline._scipy
+
+    roots = np.sqrt(np.where(weights > 0, weights, 1.0)[used])
+    since = samples.times[used] - basis.origin
+    found = make_lsq_spline(since, samples.coordinates[used], basis.knots, basis.degree, w=roots)
+    return Spline(basis, found.c)
+
+
+def root_of(points: np.ndarray) -> np.ndarray:
+    """L (d + 1, d + 1) with ‖(ΔA Δv) L‖² = mean of ‖ΔA p + Δv‖² over the points: Σ (p 1)ᵀ(p 1)/P = L Lᵀ."""
+    homogeneous = np.column_stack([points, np.ones(len(points))]) / np.sqrt(len(points))
+    return np.transpose(np.linalg.qr(homogeneous, mode="r"))
+
+
+def body_points(points: ArrayLike | None, d: int) -> np.ndarray:
+    points = np.concatenate([np.eye(d), -np.eye(d)]) if points is None else checks.numbers(points, "body points")
+    if points.ndim != 2 or points.shape[1] != d or not np.isfinite(points).all():
+        raise InputError(f"body points of shape {points.shape}: finite, shape (P, {d}), is needed")
+    if np.linalg.matrix_rank(np.column_stack([points, np.ones(len(points))])) <= d:
+        raise InputError(f"the {len(points)} body points do not fix an affine position: {d + 1} that span are needed")
+    return points
+
+
+def sample_weights(weights: ArrayLike | None, m: int) -> np.ndarray:
+    weights = np.ones(m) if weights is None else checks.numbers(weights, "weights")
+    if weights.shape != (m,):
+        raise InputError(f"weights of shape {weights.shape} for {m} samples: ({m},) is needed")
+    bad = ~(np.isfinite(weights) & (weights >= 0))
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise InputError(f"the weight of sample {i} is {weights[i]:g}: weights must be finite and not negative")
+    return weights

@@ -12,7 +12,16 @@ from numpy.typing import ArrayLike
 from symmotion import checks
 from symmotion.brief import in_a_line
 from symmotion.constraints import EndRates, ExactSamples, MotionConstraint, Periodic, Setting
-from symmotion.design.fit_space import fit_basis, require_determined, require_free
+from symmotion.design.amounts import FEWEST, ORDERS, Smoothing, noise_levels
+from symmotion.design.fit_space import (
+    body_points,
+    fit_basis,
+    least_squares,
+    require_determined,
+    require_free,
+    root_of,
+    sample_weights,
+)
 from symmotion.design.independence import require_independent
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import (
@@ -25,6 +34,7 @@ from symmotion.design.question import (
     require_volume,
     targets_of,
 )
+from symmotion.design.spans import spline_degree
 from symmotion.design.terms import as_objective, terms_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
@@ -53,6 +63,7 @@ def fit_program(
     ends: str = "natural",
     end_rates: Affine | None = None,
     controls: int | None = None,
+    noise: Sequence[float] | None = None,
     weights: ArrayLike | None = None,
     points: ArrayLike | None = None,
     huber: float | None = None,
@@ -70,8 +81,12 @@ def fit_program(
     keys: the samples, `Keyframes`. They may crowd, but for exact ones: no motion passes through them. `program.notes`
     names those of opposite orientations.
     controls: how many, their knots at equal numbers of samples, from three in four of these on at samples; or `knots`,
-    the inner knots.
-    objective: an energy or a weighted sum of energies that smooths; nothing when left out.
+    the inner knots; chosen where neither is given.
+    objective: an energy or a weighted sum of energies that smooths; when left out with controls or knots, nothing.
+    noise: (σ of places, σ of turns in rad), standard deviations about each axis of a sample of weight 1. By it, else
+    by generalised cross-validation, how many controls there are is chosen where that is not given, and a `Roughness`
+    of turn and place where no objective is and either the noise is or the controls are not. `program.notes` tells
+    what was chosen, which is told by the samples without constraints and ends. `sm.smooth` chooses the degree too.
     constraints: conditions on the jet (`Jet`), as in `affine_program`. ends: what holds at the ends: "natural"
     (nothing), "clamped" with `end_rates` (linear (2, d, d), translation (2, d)), or "periodic", the closed motion.
     weights: (M,) not negative, ones when left out; zero leaves a sample out.
@@ -80,7 +95,8 @@ def fit_program(
         conditions with multipliers under "exact samples"; short for the constraint `ExactSamples`.
 
     Raises InputError where the samples do not determine the controls (Schoenberg and Whitney
-    1953) or the exact ones crowd, naming the samples, and for weights, δ and numbers out of range.
+    1953) or the exact ones crowd, naming the samples, for weights, δ and numbers out of range, and where there is
+    nothing that noise could choose or too few samples to tell it.
 
     degree: of the splines, at least 1.
 
@@ -92,17 +108,27 @@ def fit_program(
     began = perf_counter()
     samples, asked = as_keyframes(keys), as_constraints(constraints)
     energy = None if objective is None else as_objective(objective, objective)
-    degree = checks.whole(degree, 1, "degree")
+    degree = spline_degree(degree)
     huber = None if huber is None else checks.positive(huber, "huber")
     rates = rates_at_ends(ends, end_rates, samples.dimension)
     chosen = checks.indices(exact, len(samples), "exact sample")
     met = [ExactSamples(chosen)] if chosen else []
     every = [c.which(len(samples)) for c in (*met, *asked) if isinstance(c, ExactSamples)]
     kept = np.unique(np.concatenate([np.empty(0, dtype=int), *every]))
-    weights = _weights(weights, len(samples))
+    weights = sample_weights(weights, len(samples))
     if energy is None and len(kept) == len(samples):
         raise InputError("all samples are exact and there is no objective: nothing is left to minimise")
     used = np.union1d(np.flatnonzero(weights), kept)
+    points, free = body_points(points, samples.dimension), controls is None and knots is None
+    smoothing = None
+    if free or noise is not None:
+        if huber is not None:
+            raise InputError("how much to smooth is chosen for squares: with huber give controls and an objective")
+        if not free and energy is not None:
+            raise InputError("controls and objective are given: noise has nothing to choose, leave it out")
+        basis = None if free else fit_basis(samples.times, used, degree, controls, knots)
+        smoothing = _smoothing(samples, weights, noise, degree, basis)
+        controls = smoothing.controls(degree) if free else controls
     basis = fit_basis(samples.times, used, degree, controls, knots)
     require_determined(basis, samples.times, used)
     require_free(basis, samples.times, kept)
@@ -110,10 +136,17 @@ def fit_program(
         require_apart(samples.times[kept], "exact samples", kept)
     if energy is not None:
         require_volume(energy, samples, used)
-    start = _least_squares(basis, samples, used, weights)
+    start, said = least_squares(basis, samples, used, weights), ()
+    if smoothing is not None and energy is None:
+        followed = np.flatnonzero(weights)
+        energy = smoothing.roughness(float(np.var(points, axis=0).mean()))
+        start = smoothing.start(basis, samples[followed], weights[followed])
+        said = tuple(smoothing.notes(degree, basis.n))
+    elif smoothing is not None:
+        said = (f"{smoothing.counted(degree, basis.n)}, as many as serve {smoothing.how}",)
     at_ends = {"clamped": [EndRates(rates)], "periodic": [Periodic()]}.get(ends, [])
     conditions = (*met, *at_ends, *asked)
-    fit = FitDesign(samples, energy, start, weights, _points(points, samples.dimension), huber, kept, conditions)
+    fit = FitDesign(samples, energy, start, weights, points, huber, kept, conditions, said=said)
     return replace(fit.program(), build_seconds=perf_counter() - began)
 
 
@@ -200,7 +233,7 @@ class FitDesign:
         targets, delta = ca.SX.sym("target", d * d + d), ca.SX.sym("delta")
         change = ca.vertcat(ca.vec(jet.A.T), jet.v) - targets
         linear, translation = ca.reshape(change[: d * d], d, d).T, change[d * d :]
-        out = ca.vec(ca.horzcat(linear, translation) @ ca.DM(_root(self.points)))
+        out = ca.vec(ca.horzcat(linear, translation) @ ca.DM(root_of(self.points)))
         if self.huber is not None:
             out = out * ca.sqrt(2 / (1 + ca.sqrt(1 + ca.sumsqr(out) / delta**2)))
         return block_of(
@@ -233,7 +266,7 @@ class FitDesign:
         change = np.concatenate(
             [linear - self.samples.linear, (translation - self.samples.translation)[..., None]], axis=2
         )
-        return np.linalg.norm(change @ _root(self.points), axis=(1, 2))
+        return np.linalg.norm(change @ root_of(self.points), axis=(1, 2))
 
     def influence(self, motion: AffineMotion) -> np.ndarray:
         """(M,) by how much each sample's pull is weaker than its weight: 1/√(1 + s_i/δ²), ones without Huber's loss."""
@@ -250,7 +283,7 @@ class FitDesign:
         times = self.samples.times
         seen = Keyframes(times, *motion(times))
         used = np.union1d(self.followed, self.exact)
-        return {UNKNOWN: _least_squares(self.basis, seen, used, np.ones(len(times))).control_points - self.shift}
+        return {UNKNOWN: least_squares(self.basis, seen, used, np.ones(len(times))).control_points - self.shift}
 
     def multipliers(self, multipliers: Mapping[str, np.ndarray]) -> Multipliers:
         """Multipliers by constraint; the exact samples' as `.linear` (K, d, d) and `.translation` (K, d).
@@ -278,7 +311,7 @@ class FitDesign:
         require_times(keyframes.times, self.samples.times)
         began = perf_counter()
         used = np.union1d(self.followed, self.exact)
-        start = _least_squares(self.basis, keyframes, used, self.weights)
+        start = least_squares(self.basis, keyframes, used, self.weights)
         design = replace(self, samples=keyframes, start=start)
         times, terms = keyframes.times, program.terms
         if len(self.followed):
@@ -294,37 +327,15 @@ class FitDesign:
         return replace(program, **changes, build_seconds=perf_counter() - began)
 
 
-def _least_squares(basis: BSplineBasis, samples: Keyframes, used: np.ndarray, weights: np.ndarray) -> Spline:
-    """The spline of least Σ w_i ‖s(t_i) − sample_i‖² over the samples used; weight one where an exact one has none."""
-    from scipy.interpolate import make_lsq_spline  # here: see Spline._scipy
-
-    roots = np.sqrt(np.where(weights > 0, weights, 1.0)[used])
-    since = samples.times[used] - basis.origin
-    found = make_lsq_spline(since, samples.coordinates[used], basis.knots, basis.degree, w=roots)
-    return Spline(basis, found.c)
-
-
-def _root(points: np.ndarray) -> np.ndarray:
-    """L (d + 1, d + 1) with ‖(ΔA Δv) L‖² = mean of ‖ΔA p + Δv‖² over the points: Σ (p 1)ᵀ(p 1)/P = L Lᵀ."""
-    homogeneous = np.column_stack([points, np.ones(len(points))]) / np.sqrt(len(points))
-    return np.transpose(np.linalg.qr(homogeneous, mode="r"))
-
-
-def _points(points: ArrayLike | None, d: int) -> np.ndarray:
-    points = np.concatenate([np.eye(d), -np.eye(d)]) if points is None else checks.numbers(points, "body points")
-    if points.ndim != 2 or points.shape[1] != d or not np.isfinite(points).all():
-        raise InputError(f"body points of shape {points.shape}: finite, shape (P, {d}), is needed")
-    if np.linalg.matrix_rank(np.column_stack([points, np.ones(len(points))])) <= d:
-        raise InputError(f"the {len(points)} body points do not fix an affine position: {d + 1} that span are needed")
-    return points
-
-
-def _weights(weights: ArrayLike | None, m: int) -> np.ndarray:
-    weights = np.ones(m) if weights is None else checks.numbers(weights, "weights")
-    if weights.shape != (m,):
-        raise InputError(f"weights of shape {weights.shape} for {m} samples: ({m},) is needed")
-    bad = ~(np.isfinite(weights) & (weights >= 0))
-    if bad.any():
-        i = int(np.argmax(bad))
-        raise InputError(f"the weight of sample {i} is {weights[i]:g}: weights must be finite and not negative")
-    return weights
+def _smoothing(
+    samples: Keyframes, weights: np.ndarray, noise: Sequence[float] | None, degree: int, basis: BSplineBasis | None
+) -> Smoothing:
+    """How much to smooth samples by their noise, over a basis where it is given."""
+    levels, followed = noise_levels(noise, "or affine_program to interpolate"), np.flatnonzero(weights)
+    if levels == (0.0, 0.0):
+        raise InputError("noise 0 asks for a motion through all samples, which affine_program makes")
+    if levels is None and len(followed) < FEWEST:
+        raise InputError(f"{len(followed)} samples are too few to tell noise from motion: give noise, or controls")
+    if degree < min(ORDERS):
+        raise InputError(f"degree {degree}: bends tell how much to smooth, degree 2 or more, or controls, is needed")
+    return Smoothing.of(samples[followed], levels, basis, [k for k in ORDERS if k <= degree], weights[followed])

@@ -30,7 +30,7 @@ from symmotion.design.question import (
     require_start,
     require_volume,
 )
-from symmotion.design.spans import refined_times
+from symmotion.design.spans import knots_between, refined_times, spline_degree
 from symmotion.design.terms import as_objective, closed_expression, expression_of, kernel_of, nodes_for, parts_of
 from symmotion.energies import Energy
 from symmotion.errors import InputError
@@ -94,7 +94,7 @@ def free_times_program(
     began = perf_counter()
     keyframes, asked = apart_keyframes(keys), as_constraints(constraints)
     energy = as_objective(objective, RIGIDITY)
-    degree, refine = checks.whole(degree, 1, "degree"), checks.whole(refine, 0, "refine")
+    degree, refine = spline_degree(degree), knots_between(refine)
     if knots is not None:
         raise InputError("knots: they move with the keyframes' times; refine says how many there are")
     rates = rates_at_ends(ends, end_rates, keyframes.dimension, ("natural", "clamped"))

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
+from symmotion.brief import instants
 from symmotion.design.integrals import KNOWN, Integrand, exact_integral, integrand
 from symmotion.energies import Energy
 from symmotion.errors import InputError, SolveError
@@ -94,11 +95,12 @@ def amiss(where: Integrand, found: Integral) -> InputError | SolveError:
     energy, (a, b) = where.energy, found.worst
     k = int(np.clip(np.searchsorted(where.marks, a, side="right") - 1, 0, len(where.marks) - 2))
     marks, middle = where.origin + where.marks, where.origin + 0.5 * (a + b)
-    span = f"between times {marks[k]:.9g} and {marks[k + 1]:.9g}"
+    first, last, at = instants(marks[k], marks[k + 1], middle)
+    span = f"between times {first} and {last}"
     if not found.digits:
         reason = "A is singular" if energy.divides_by_volume else "the integrand is infinite, no number or too rough"
-        return InputError(f"{energy.name} has no value {span}: at time {middle:.9g} {reason}")
+        return InputError(f"{energy.name} has no value {span}: at time {at} {reason}")
     return SolveError(
         f"{energy.name} is {found.value:.10g} to {found.digits} digits only (error {found.error:.2g}): the integrand "
-        f"is too rough {span}, about {middle:.9g}"
+        f"is too rough {span}, about {at}"
     )

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
-from symmotion.brief import in_a_line
+from symmotion.brief import in_a_line, instants
 from symmotion.constraints import EndAccelerations, EndRates, MotionConstraint, Setting
 from symmotion.design.control_nodes import TURN, ControlSpace
 from symmotion.design.control_start import carried, motion_of, unknowns_of
 from symmotion.design.integrals import integrand
 from symmotion.design.quadratures import nodes_at, term_quadratures
 from symmotion.design.question import as_constraints, assembled, keyframe_notes, require_start, require_times
-from symmotion.design.spans import LONG, graded_times
+from symmotion.design.spans import LONG, graded_times, knots_between, spline_degree
 from symmotion.design.terms import as_objective, closed_expression, expression_of, parts_of
 from symmotion.energies import Energy, Torque
 from symmotion.errors import InputError, SolveError
@@ -298,13 +298,13 @@ def first_curve(keys: OrientationKeys, ends: str, end_rates: np.ndarray | None) 
 
 def control_basis(times: np.ndarray, degree: int, refine: int, knots: ArrayLike | None, ends: str) -> BSplineBasis:
     """The basis of a quaternion curve over keyframe times (M,): knots there, and those of `graded_times` between."""
-    degree, refine = checks.whole(degree, 2, "degree"), checks.whole(refine, 0, "refine", " of knots per segment")
+    degree, refine = spline_degree(degree, 2), knots_between(refine)
     origin, since = from_origin(times)
     breaks = graded_times(since, refine, ends == "periodic")
     if knots is not None:
         inner = distinct(checks.times(knots, "knots"), times)
         if inner[0] <= times[0] or inner[-1] >= times[-1]:
-            raise InputError(f"knots: all lie inside the domain ({times[0]:g}, {times[-1]:g})")
+            raise InputError(f"knots: all lie inside the domain ({', '.join(instants(*times[[0, -1]]))})")
         breaks = np.concatenate([since[:1], inner - origin, since[-1:]])
     return replace((BSplineBasis.closed if ends == "periodic" else BSplineBasis.clamped)(breaks, degree), origin=origin)
 

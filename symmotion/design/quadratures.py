@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from symmotion.brief import instant
 from symmotion.design.integrals import Integrand, integrand
 from symmotion.design.terms import parts_of
 from symmotion.energies import Energy
@@ -79,6 +80,6 @@ def _compared(along: Integrand, integral: Integral, weight: float, spans: np.nda
 
 def _place(time: float, keys: np.ndarray) -> str:
     if len(keys) < 2:
-        return f"about time {time:.9g}"
+        return f"about time {instant(time, 9)}"
     k = int(np.clip(np.searchsorted(keys, time, side="right") - 1, 0, len(keys) - 2))
-    return f"between keyframes {k} and {k + 1}, about time {time:.9g}"
+    return f"between keyframes {k} and {k + 1}, about time {instant(time, 9)}"

@@ -1,12 +1,25 @@
-"""Where the knots of a program lie between its keyframes."""
+"""The degree of a program's splines, and where their knots lie between its keyframes."""
 
 import numpy as np
 
+from symmotion import checks
 from symmotion.errors import InputError
 
 MOST_KNOTS = 10**6
+# Beyond them programs take minutes, and the numbers of higher degrees have no digits left.
+MOST_DEGREE, MOST_REFINE = 30, 1000
 # An interval is long beside a neighbour from so many times its length on.
 LONG = 4.0
+
+
+def spline_degree(degree: int, least: int = 1, what: str = "degree") -> int:
+    """The degree of a program's splines; InputError unless it is one."""
+    return checks.whole(degree, least, what, most=MOST_DEGREE)
+
+
+def knots_between(refine: int, what: str = "refine", of: str = " of knots per segment") -> int:
+    """How many knots lie between two keyframes; InputError unless they may be so many."""
+    return checks.whole(refine, 0, what, of, most=MOST_REFINE)
 
 
 def refined_times(times: np.ndarray, refine: int) -> np.ndarray:

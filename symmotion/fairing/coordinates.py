@@ -7,7 +7,7 @@ from typing import Literal, TypeVar, cast
 import numpy as np
 
 from symmotion import checks
-from symmotion.brief import in_a_line
+from symmotion.brief import in_a_line, instants
 from symmotion.errors import InputError
 from symmotion.fairing.jumps import Jumps
 from symmotion.motions.dual import DualQuaternions
@@ -213,12 +213,14 @@ class Box:
             low, high = basis.domain
             a, b = unified([a, b], [low, high])
             if not low <= a <= b <= high:
-                raise InputError(f"region {'uv'[k]} from {a:g} to {b:g}: must increase within {low:g} to {high:g}")
+                a, b, low, high = instants(a, b, low, high)
+                raise InputError(f"region {'uv'[k]} from {a} to {b}: must increase within {low} to {high}")
             a, b = unified(np.array([a, b]) - basis.origin, direction.knots, basis.origin)
             first = int(np.searchsorted(direction.knots, a))
             last = int(np.searchsorted(direction.knots, b, side="right"))
             if first == last:
-                raise InputError(f"region {'uv'[k]} from {a:g} to {b:g} holds no interior knot")
+                first, last = instants(*(np.array([a, b]) + basis.origin))
+                raise InputError(f"region {'uv'[k]} from {first} to {last} holds no interior knot")
             ranges[k] = first, last
         return Box(*ranges)
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from symmotion.brief import in_a_line
+from symmotion.brief import in_a_line, instant
 from symmotion.errors import InputError
 from symmotion.splines import BSplineBasis
 
@@ -46,8 +46,8 @@ class Direction:
         twice = (knots[inner] == knots[inner - 1]) | (knots[inner] == knots[inner + 1])
         if twice.any():
             raise InputError(
-                f"interior knot {knots[inner[twice][0]]:g} in {name} is repeated or lies on the end of the domain: "
-                "fairing takes simple ones"
+                f"interior knot {instant(float(knots[inner[twice][0]]))} in {name} is repeated or lies on the end of "
+                "the domain: fairing takes simple ones"
             )
         jumps = np.zeros((len(inner), n))
         for row, k in enumerate(inner):

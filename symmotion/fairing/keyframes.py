@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from symmotion import checks
-from symmotion.brief import in_a_line
+from symmotion.brief import in_a_line, instants
 from symmotion.errors import InputError
 from symmotion.fairing.coordinates import Coordinates
 from symmotion.motions.dual import DualQuaternions, as_quaternion
@@ -170,7 +170,7 @@ def _held(coordinates: Coordinates, i: int, asked: Asked) -> Held:
             raise InputError(f"{name}: ((u, v), displacement), NetKeyframe or NetPlace is needed")
         asked = NetKeyframe(*asked)
     at = _inside(coordinates.bases, asked.at, name)
-    where = f"{name} at ({', '.join(f'{t:g}' for t in at)})"
+    where = f"{name} at ({', '.join(instants(*at))})"
     view = View.at(coordinates, at)
     now = view.of(coordinates.net)
     if isinstance(asked, NetPlace):
@@ -193,7 +193,8 @@ def _inside(bases: Sequence[BSplineBasis], at: object, name: str) -> np.ndarray:
     for t, basis, x in zip(given, bases, needed, strict=True):
         a, b = basis.domain
         if not a <= t <= b:
-            raise InputError(f"{name} at {x} = {t:g} is outside the net, whose {x} goes from {a:g} to {b:g}")
+            t, a, b = instants(t, a, b)
+            raise InputError(f"{name} at {x} = {t} is outside the net, whose {x} goes from {a} to {b}")
     return given
 
 

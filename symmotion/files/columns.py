@@ -10,6 +10,7 @@ from typing import NoReturn
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
 from symmotion.files.names import AXES, EULER, Meaning, meaning
+from symmotion.files.tables import advice
 
 # What can be told of a table: a role and its columns, by name or number; None for a role that no column has.
 Told = Mapping[str, str | int | Sequence[str | int] | None]
@@ -128,9 +129,9 @@ class _Header:
 
     def _refuse(self, what: str, present: Sequence[int], takes: str) -> NoReturn:
         unknown = [i for i, m in enumerate(self.meanings) if m is None]
-        guesses = (
-            (self.header[i].strip(), get_close_matches(self.header[i].strip().lower(), USUAL, 1)) for i in unknown
-        )
+        known = {text.strip().lower() for text in self.header}
+        new = [name for name in USUAL if name not in known]
+        guesses = ((self.header[i].strip(), get_close_matches(self.header[i].strip().lower(), new, 1)) for i in unknown)
         likely = [f"{name} ({found[0]}?)" for name, found in guesses if found]
         read = [i for i, m in enumerate(self.meanings) if m is not None and m.kind != "other"]
         role = {"linear part": "quaternion"}.get(what, what)
@@ -142,6 +143,7 @@ class _Header:
         raise InputError(
             f"{self.path}: of the columns ({self._shown()}) {self._shown(present) or 'none'} would be the {what}: it "
             f"takes exactly {takes}; {'; '.join(parts)}: say which with columns={{{role!r}: …}}, None for none"
+            f"{advice(self.header)}"
         )
 
     def chosen(self) -> Chosen:

@@ -6,6 +6,7 @@ from math import factorial
 
 import numpy as np
 
+from symmotion.brief import instant, instants
 from symmotion.errors import InputError
 from symmotion.motions import AffineMotion, PoseMotion
 from symmotion.motions.interpolants.blends import Interpolant
@@ -75,7 +76,7 @@ def clock(times: np.ndarray, start: float, rate: float) -> np.ndarray:
     if (np.diff(ticks) <= 0).any():
         i = int(np.argmax(np.diff(ticks) <= 0))
         raise InputError(
-            f"the keys at times {times[i]:.9g} and {times[i + 1]:.9g} fall together in single precision, "
+            f"the keys at times {' and '.join(instants(*times[i : i + 2]))} fall together in single precision, "
             "which this format has"
         )
     return ticks
@@ -84,7 +85,7 @@ def clock(times: np.ndarray, start: float, rate: float) -> np.ndarray:
 def require_continuous(spline: Spline) -> None:
     """Raise InputError that names the time of a jump."""
     if (time := first_jump(spline)) is not None:
-        raise InputError(f"the motion jumps at time {time:g}: keys hold continuous motions")
+        raise InputError(f"the motion jumps at time {instant(time)}: keys hold continuous motions")
 
 
 def spline_keys(spline: Spline, times: np.ndarray) -> HermiteKeys:
@@ -162,8 +163,8 @@ def halved_until(times: np.ndarray, deviations: Callable[[np.ndarray], np.ndarra
         short = open_ & (np.diff(times) <= shortest)
         if short.any():
             raise InputError(
-                f"the motion jumps at time {times[np.argmax(short)]:.9g}, or is known less well there than to the "
-                f"tolerance {tolerance:.3g}: keys hold continuous motions"
+                f"the motion jumps at time {instant(times[np.argmax(short)], 9)}, or is known less well there than to "
+                f"the tolerance {tolerance:.3g}: keys hold continuous motions"
             )
         if len(times) + open_.sum() > MOST_KEYS:
             raise InputError(f"more than {MOST_KEYS} keys would be needed: allow a larger tolerance than {tolerance:g}")

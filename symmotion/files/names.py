@@ -20,8 +20,9 @@ TIMES = {"t", "time", "stamp", "timestamp", "times"}
 WHOLE_SECONDS = {"sec", "secs", "seconds"}
 NANOSECONDS = {"nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds"}
 PLACES = {"p", "t", "pos", "position", "trans", "translation", "location", "loc", "origin", "place"}
-TURNS = {"q", "quat", "quaternion", "orientation", "rotation", "rot", "attitude", "att"}
-VECTORS = {"rotvec", "rvec", "rotationvector", "axisangle"}
+TURNS = {"q", "quat", "quaternion", "orientation", "rotation", "rot", "attitude", "att", "ori"}
+VECTORS = {"rotvec", "rvec", "rotationvector", "axisangle", "rodrigues"}
+IMAGINARY = re.compile(r"(?:q|quat|quaternion)_?([ijkr])")  # with r for the real part
 EULER = ("roll", "pitch", "yaw")
 ANGLES = {"theta", "heading"}
 # Words of columns that are no part of a pose: numbering, labels, rates, what else is measured.
@@ -92,6 +93,8 @@ def _pose(words: list[str]) -> Found:
         return "euler", last, words[:-1]
     if last in ANGLES:
         return "angle", "", words[:-1]
+    if matched := IMAGINARY.fullmatch(last) or IMAGINARY.fullmatch("_".join(words[-2:])):
+        return "quaternion", "xyzw"["ijkr".index(matched[1])], [w for w in words[:-1] if w not in ("q", "quat")]
     if matched := SHORT.fullmatch(last):
         return _kind([*words[:-1], matched[1]], matched[2])
     return _kind(words[:-1], last) if last in (*AXES, "w") else None
@@ -103,7 +106,8 @@ def _kind(owner: list[str], axis: str) -> Found:
     if len(owner) > 1:
         said.append(owner[-1])
     for word in said:
-        if (word == "vector" and {"rotation", "rot"} & set(owner)) or word in VECTORS:
+        turning = word in ("vector", "vec") and {"rotation", "rot"} & set(owner)
+        if turning or (word == "angle" and "axis" in owner) or word in VECTORS:
             return "rotvec", axis, owner
         if word in OTHERS or (word in RATES and len(owner) >= 1):
             return "other", "", owner

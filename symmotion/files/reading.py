@@ -54,7 +54,7 @@ def read_keyframes(
     rot: a tectonic plate by finite rotations, node: the plate, 801, or with the fixed one, "801/000"; times are ages.
     bvh: a joint of a skeleton, rigid in the world, frame by frame; see `read_bvh`.
     glb, gltf: an animated node in the scene; see `read_gltf_keyframes`.
-    usda, usd, usdc, usdz: a prim in the scene, at its time samples; see `read_usd_keyframes`.
+    usda, usd, usdc, usdz: a prim in the scene, or joint, at its time samples; see `read_usd_keyframes`.
 
     columns: by role, the columns of a table, by name or number: {"time": "stamp", "translation": ["a", "b", "c"],
         "quaternion": [x, y, z, w]}, or "rotvec", "angle", "matrix", or a sequence of Euler angles as "ZYX" (capital:

@@ -6,7 +6,7 @@ import numpy as np
 
 from symmotion import checks
 from symmotion.bodies.shapes import Up
-from symmotion.brief import in_a_line
+from symmotion.brief import in_a_line, instant
 from symmotion.errors import InputError
 from symmotion.motions import Keyframes
 
@@ -37,7 +37,7 @@ def gaps(times: np.ndarray) -> str | None:
     wide = np.flatnonzero(steps > GAP * np.median(steps))
     if not wide.size:
         return None
-    shown = ", ".join(f"{steps[i]:.4g} after time {times[i]:.10g}" for i in wide[:3])
+    shown = ", ".join(f"{steps[i]:.4g} after time {instant(float(times[i]), 9)}" for i in wide[:3])
     return f"{len(wide)} gap{'s' * (len(wide) > 1)} longer than {GAP:g} median steps: {shown}{' …' * (len(wide) > 3)}"
 
 

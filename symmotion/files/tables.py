@@ -12,16 +12,19 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
+from symmotion.files.names import NO_UNIT, UNITS
 from symmotion.files.numbers import finite
 from symmotion.values import read_only
 
 Rows = Iterator[tuple[int, list[str]]]  # the number of the line and its fields
 Columns = Sequence[str]
-COMMENT = "#"
+COMMENTS = "#", "//", "% ", "%%"  # but %time is a column of ROS
 REMEMBERED = 100  # comments above the rows, of which the last may name the columns
 PART = 2**12  # rows that are made numbers at once
 LONGEST = 10**6  # characters of a line of the first ones
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?|[-+]?\d+,")
+# What else columns may lie between.
+MARKS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", ":": "colons", "/": "slashes", "_": "underscores"}
 NOTHING = {"", "nan", "inf", "+inf", "-inf", "null", "none", "na", "n/a", "-"}
 
 
@@ -51,8 +54,8 @@ def table_of(path: FilePath, handle: TextIO, delimiter: str | None, quoted: bool
         content = _uncommented(text, quoted).strip("\r\n ")
         if content.strip():
             break
-        if text.lstrip().startswith(COMMENT):
-            comments = [*comments[-REMEMBERED:], (line, text[:LONGEST].strip().lstrip(COMMENT).strip())]
+        if text.lstrip().startswith(COMMENTS):
+            comments = [*comments[-REMEMBERED:], (line, text[:LONGEST].strip().lstrip("#/%").strip())]
         content = ""
     if not content:
         return Table(None, False, max(line, 1), [], iter(()))
@@ -61,6 +64,9 @@ def table_of(path: FilePath, handle: TextIO, delimiter: str | None, quoted: bool
     number, first = next(rows, (line, []))
     if _named(first):
         head, (number, first) = (number, first), next(rows, (number, []))
+        if len(first) == len(head[1]) and set(UNITS) & set(first) and all(u in UNITS or u in NO_UNIT for u in first):
+            named = [f"{name} [{unit}]" if unit else name for name, unit in zip(head[1], first, strict=True)]
+            head, (number, first) = (head[0], named), next(rows, (number, []))
         again = chain([(number, first)] if first else [], rows)
         return Table(head[1], False, head[0], first, again)
     for above, text in reversed(comments):
@@ -71,9 +77,9 @@ def table_of(path: FilePath, handle: TextIO, delimiter: str | None, quoted: bool
 
 
 def _uncommented(text: str, quoted: bool) -> str:
-    if not quoted:
-        return text.partition(COMMENT)[0]
-    return "" if text.lstrip().startswith(COMMENT) else text
+    if text.lstrip().startswith(COMMENTS):
+        return ""
+    return text if quoted else text.partition("#")[0]
 
 
 def _fields(path: FilePath, lines: Iterable[tuple[int, str]], delimiter: str | None, quoted: bool) -> Rows:
@@ -164,12 +170,13 @@ def number_parts(
     rows: Rows,
     columns: Sequence[int],
     width: int,
-    lost: bool = False,
+    lost: bool | None = None,
     special: Callable[[list[str]], float] | None = None,
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """As `read_numbers`, PART rows at once.
 
-    lost: whether fields that are empty or not finite become NaN. special: makes a number in front, of a row's fields.
+    lost: whether fields that are empty or not finite become NaN; None where no such are known. special: makes a number
+    in front, of a row's fields.
     """
     count = len(columns) + (special is not None)
     number = 0
@@ -177,7 +184,7 @@ def number_parts(
         numbers, lines = array("d"), array("q")
         for line, fields in islice(rows, PART):
             if len(fields) != width and not (len(fields) == width + 1 and not fields[-1].strip()):
-                raise InputError(f"{path}, line {line}: {len(fields)} columns, not {width}{_advice(fields)}")
+                raise InputError(f"{path}, line {line}: {len(fields)} columns, not {width}{advice(fields)}")
             try:
                 if special is not None:
                     numbers.append(special(fields))
@@ -186,7 +193,9 @@ def number_parts(
                 else:
                     numbers.extend(_plainly(fields, columns))
             except InputError as error:
-                raise InputError(f"{path}, line {line}: {error}") from None
+                void = lost is False and any(fields[column].strip().lower() in NOTHING for column in columns)
+                remedy = "; lost='drop' leaves such rows out" if void else ""
+                raise InputError(f"{path}, line {line}: {error}{remedy}") from None
             lines.append(line)
         if not lines:
             if number == 0:
@@ -223,12 +232,12 @@ def _plainly(fields: Sequence[str], columns: Sequence[int]) -> list[float]:
         return [number(fields[column]) for column in columns]
 
 
-def _advice(fields: Sequence[str]) -> str:
-    if len(fields) == 1:
-        for mark, name in ((",", "commas"), (";", "semicolons"), ("\t", "tabs")):
-            if mark in fields[0]:
-                return f"; are they between {name}? give delimiter={mark!r}"
-    return ""
+def advice(fields: Sequence[str]) -> str:
+    """What may be between the numbers of a row that is one field; nothing where it is more."""
+    if len(fields) != 1:
+        return ""
+    most = max(MARKS, key=fields[0].count)
+    return f"; are they between {MARKS[most]}? give delimiter={most!r}" if most in fields[0] else ""
 
 
 def _or_nothing(word: str) -> float:

@@ -12,7 +12,7 @@ from symmotion.files.formats import FilePath
 from symmotion.files.poses import Telling, positions_of
 from symmotion.files.positions import Repeated
 from symmotion.files.recording import Recording
-from symmotion.files.tables import Columns, Table, table_of
+from symmotion.files.tables import Columns, Table, advice, table_of
 from symmotion.motions import Keyframes, as_rotations
 from symmotion.opening import readable
 from symmotion.whole import whole_file
@@ -156,13 +156,12 @@ def _header(path: FilePath, table: Table, shapes: Sequence[Columns] | None, told
     if shapes:
         if width == 0:
             raise InputError(f"{path}: holds no keyframes")
-        separator = "" if width > 1 else "; say what is between them, as delimiter=','"
-        raise InputError(f"{path}, line {table.line}: {width} columns, not {len(shapes[0])}{separator}")
+        raise InputError(f"{path}, line {table.line}: {width} columns, not {len(shapes[0])}{advice(table.first)}")
     if quoted and width == 0:
         return []  # which `choose` refuses, naming what it takes
     raise InputError(
         f"{path}, line {table.line}: {width} columns; 8 make it tum and 12 kitti, else give the format, or names with "
-        "columns={…}"
+        f"columns={{…}}{advice(table.first)}"
     )
 
 

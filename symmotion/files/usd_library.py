@@ -8,7 +8,9 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
+from symmotion.files.usd_ops import Samples
 from symmotion.files.usd_scene import Prim, Scene
+from symmotion.files.usd_skel import PARTS, joint_prims
 from symmotion.motions import Affine
 from symmotion.opening import readable_bytes
 from symmotion.whole import whole_files
@@ -20,6 +22,7 @@ def library(path: FilePath) -> Any:  # Any: usd-core ships no types
         import pxr.Sdf
         import pxr.Usd
         import pxr.UsdGeom
+        import pxr.UsdSkel
         import pxr.UsdUtils
     except ImportError:
         raise InputError(
@@ -56,6 +59,9 @@ def read_usd_stage(path: FilePath) -> Scene:
                 partial(_local, stage, place),
             )
         )
+    for prim in stage.Traverse():
+        if prim.IsA(pxr.UsdSkel.Skeleton):
+            prims += _joints(pxr, path, prim, (index[prim.GetPath()], len(prims)))
     unit = geometry.GetStageMetersPerUnit(stage)
     return Scene(prims, stage.GetTimeCodesPerSecond(), str(geometry.GetStageUpAxis(stage)), unit)
 
@@ -65,6 +71,34 @@ def _local(stage: Any, place: Any, codes: np.ndarray) -> Affine:
     """The positions of a prim, whose matrices are of rows; the stage, which lives as long as somebody has it."""
     matrices = np.stack([np.array(place.GetLocalTransformation(code)) for code in codes.tolist()])
     return Affine(np.swapaxes(matrices[:, :3, :3], 1, 2), matrices[:, 3, :3])
+
+
+# Any: usd-core ships no types.
+def _joints(pxr: Any, path: FilePath, prim: Any, place: tuple[int, int]) -> list[Prim]:
+    """The joints of a skeleton as prims; none of one that no animation moves."""
+    skeleton = pxr.UsdSkel.Skeleton(prim)
+    source = pxr.UsdSkel.Animation(pxr.UsdSkel.BindingAPI(prim).GetInheritedAnimationSource())
+    if not source:
+        return []
+    parts = {}
+    for part in PARTS:
+        attribute = source.GetPrim().GetAttribute(part)
+        codes = attribute.GetTimeSamples()
+        values = [_flat(attribute.Get(code)) for code in codes] or [_flat(attribute.Get())]
+        if len({len(row) for row in values}) > 1:
+            raise InputError(f"{path}, prim {source.GetPath()}: the arrays of {part} must be of one size")
+        if len(values[0]):
+            parts[part] = Samples(np.array(codes, dtype=float), np.array(values))
+    names, animated = (list(has.GetJointsAttr().Get() or ()) for has in (skeleton, source))
+    rest = np.array(skeleton.GetRestTransformsAttr().Get() or (), dtype=float).reshape(-1, 16)
+    return joint_prims(path, str(prim.GetPath()), place, names, rest, animated, parts)
+
+
+# Any: as above.
+def _flat(values: Any) -> np.ndarray:
+    """The numbers of an array of vectors or quaternions, whose real part comes first; of one without a value none."""
+    rows = [(v.GetReal(), *v.GetImaginary()) if hasattr(v, "GetReal") else tuple(v) for v in values or ()]
+    return np.array(rows, dtype=float).ravel()
 
 
 def write_binary(text: str, path: FilePath) -> None:

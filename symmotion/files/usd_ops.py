@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symmotion.errors import InputError
+from symmotion.files.formats import FilePath
 from symmotion.motions import Affine
 from symmotion.motions.interpolants import slerp
 
@@ -49,6 +50,14 @@ def composed(operations: list[Operation], codes: np.ndarray) -> Affine:
     for operation in operations:
         found = found @ operation(codes)
     return found
+
+
+def local(path: FilePath, prim: str, operations: list[Operation], codes: np.ndarray) -> Affine:
+    """Those of the prim of a file, which errors name."""
+    try:
+        return composed(operations, codes)
+    except InputError as error:
+        raise InputError(f"{path}, prim {prim}: {error}") from None
 
 
 def _between(samples: Samples, codes: np.ndarray, turning: bool) -> np.ndarray:

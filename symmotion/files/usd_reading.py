@@ -1,4 +1,4 @@
-"""Keyframes out of USD scenes: a prim whose place has time samples."""
+"""Keyframes out of USD scenes: a prim, or joint, whose place has time samples."""
 
 from numpy.typing import ArrayLike
 
@@ -20,7 +20,9 @@ def read_usd_keyframes(path: FilePath, node: str | int | None = None, *, times: 
 
     All operations that place the prim (xformOps of any kind, inverted too) and those above it, at all time codes
     that any of them has a sample at, over timeCodesPerSecond; between samples values are linear, quaternions slerps.
-    Axes and the unit of length are the scene's own.
+    The joints of a skeleton (UsdSkel) that an animation moves are prims below it, /Man/Bones/hip/knee, placed by the
+    animation's arrays, or by its rest transforms where that does not have them. Axes and the unit of length are the
+    scene's own.
 
     node: name, path (/World/Arm) or index; left out: the only prim that moves, or the one that all others which move
     hang from. times: (M,), in place of the file's.

@@ -9,9 +9,9 @@ import numpy as np
 
 from symmotion.errors import InputError
 from symmotion.files.formats import FilePath
-from symmotion.files.usd_ops import INVERT, RESET, WIDTHS, Operation, Samples, composed, kind_of
+from symmotion.files.usd_ops import INVERT, RESET, WIDTHS, Operation, Samples, kind_of, local
 from symmotion.files.usd_scene import Prim, Scene
-from symmotion.motions import Affine
+from symmotion.files.usd_skel import PARTS, joint_prims
 from symmotion.opening import readable
 
 # Each matches a place in one way only, so that what does not match is soon told.
@@ -20,7 +20,7 @@ SPACE = r"(?:[\s;]|\#[^\n]*\n)*"
 BLANK = re.compile(SPACE)
 LONG = r'"""(?:\\.|[^\\])*?"""|\'\'\'(?:\\.|[^\\])*?\'\'\''
 STRING = LONG + r'|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|@@@.*?@@@|@[^@\n]*@'
-PRIM = re.compile(rf'(def|over|class)\b{SPACE}(?:[A-Za-z_]\w*)?{SPACE}"([^"\n]*)"')
+PRIM = re.compile(rf'(def|over|class)\b{SPACE}([A-Za-z_]\w*)?{SPACE}"([^"\n]*)"')
 VARIANTS = re.compile(rf'variantSet{SPACE}"[^"\n]*"{SPACE}=')
 ORDER = re.compile(rf"reorder{SPACE}\w+{SPACE}=")
 PROPERTY = re.compile(
@@ -31,8 +31,11 @@ ARCS = re.compile(r"\b(references|payload|inherits|specializes|subLayers|clips)\
 SPECIAL = re.compile(rf"(?:{STRING})|\#[^\n]*|[\[\](){{}}]", re.DOTALL)
 TEXT = re.compile(STRING, re.DOTALL)
 PLAIN = re.compile(r"[^\s,;()\[\]{}=]+")
+BETWEEN = re.compile(r"[\[\]();,]")
 PAIRS = {"(": ")", "[": "]", "{": "}"}
 INACTIVE = re.compile(r"\bactive\s*=\s*(?:false|0)\b")
+# The prim whose animation places the joints of a skeleton, its own or of a prim above it.
+SOURCE = "skel:animationSource"
 RATE, METRES = 24.0, 0.01  # what USD takes where a scene does not say
 
 
@@ -53,12 +56,13 @@ def read_usd_text(path: FilePath) -> Scene:
 class _Open:
     """A prim whose braces are not closed: where it is among the prims, −1 of what is not in the scene; its attributes.
 
-    attributes: by name, where the value stands and the value as it stands.
+    kind: its type, empty where it has none; attributes: by name, where the value stands and the value as it stands.
     """
 
     path: str
     index: int
     above: int
+    kind: str = ""
     attributes: dict[str, tuple[int, str]] = field(default_factory=dict)
 
 
@@ -70,6 +74,9 @@ class _Reader:
         self.at = self.text.index("\n") + 1
         self.prims: list[Prim] = []
         self.open: list[_Open] = []
+        self.skeletons: list[_Open] = []
+        self.animations: dict[str, _Open] = {}
+        self.sources: dict[str, str] = {}
 
     def fail(self, message: str, at: int | None = None) -> NoReturn:
         raise InputError(f"{self.path}, line {self.text.count(chr(10), 0, at or self.at) + 1}: {message}")
@@ -147,9 +154,11 @@ class _Reader:
         rate = layer.get("timeCodesPerSecond", layer.get("framesPerSecond", RATE))
         if not (isinstance(rate, float) and rate > 0 and isinstance(unit, float) and unit > 0):
             raise InputError(f"{self.path}: timeCodesPerSecond and metersPerUnit: positive numbers are needed")
+        for skeleton in self.skeletons:
+            self.prims += self.joints(skeleton)
         return Scene(self.prims, rate, str(layer.get("upAxis", "Y")), unit)
 
-    def begin(self, specifier: str, name: str) -> None:
+    def begin(self, specifier: str, kind: str | None, name: str) -> None:
         """A prim from its name to its opening brace."""
         outer = self.open[-1] if self.open else _Open("", -1, -1)
         there = specifier == "def" and (outer.index >= 0 or not self.open)
@@ -160,7 +169,7 @@ class _Reader:
         if self.ahead() != "{":
             self.fail("{ is needed, which opens a prim")
         self.at += 1
-        self.open.append(_Open(f"{outer.path}/{name}", len(self.prims) if there else -1, outer.index))
+        self.open.append(_Open(f"{outer.path}/{name}", len(self.prims) if there else -1, outer.index, kind or ""))
         if there:
             self.prims.append(STILL)  # until it is closed
 
@@ -179,7 +188,8 @@ class _Reader:
             self.ahead()
             begin, name = self.at, found.group(1)
             value = self.value()
-            if name.startswith("xformOp") and prim.index >= 0:
+            told = name.startswith("xformOp") or prim.kind in ("Skeleton", "SkelAnimation") or name == SOURCE
+            if told and prim.index >= 0:
                 prim.attributes[name] = begin, value
         if self.ahead() == "(":
             self.value()
@@ -189,6 +199,12 @@ class _Reader:
         prim = self.open.pop()
         if prim.index < 0:
             return
+        if prim.kind == "Skeleton":
+            self.skeletons.append(prim)
+        if prim.kind == "SkelAnimation":
+            self.animations[prim.path] = prim
+        if SOURCE in prim.attributes:
+            self.sources[prim.path] = prim.attributes[SOURCE][1].strip("[]<> ")
         _, order = prim.attributes.get("xformOpOrder", (0, "[]"))
         names = [text[1:-1] for text in TEXT.findall(order)]
         reset = RESET in names
@@ -196,7 +212,7 @@ class _Reader:
         operations = [self.operation(prim, name) for name in names]
         codes = np.unique(np.concatenate([np.zeros(0), *(o.samples.codes for o in operations)]))
         self.prims[prim.index] = Prim(
-            prim.path, prim.above, codes, reset, partial(_local, self.path, prim.path, operations)
+            prim.path, prim.above, codes, reset, partial(local, self.path, prim.path, operations)
         )
 
     def operation(self, prim: _Open, name: str) -> Operation:
@@ -220,11 +236,54 @@ class _Reader:
             self.fail(f"{attribute} of {prim.path} is {text[:40]!r}: {width} numbers are needed", begin or None)
         return Operation(kind, Samples(np.zeros(0), _numbers(text)[None]), name != attribute)
 
+    def joints(self, skeleton: _Open) -> list[Prim]:
+        """The joints of a skeleton as prims; none of one that no animation moves."""
+        bound = skeleton.path
+        while bound and bound not in self.sources:
+            bound = bound.rpartition("/")[0]
+        source = self.animations.get(self.sources.get(bound, ""))
+        if source is None:
+            return []
+        parts = {part: found for part in PARTS if (found := self.arrays(source, part)) is not None}
+        rest = self.arrays(skeleton, "restTransforms")
+        names, animated = (
+            [text[1:-1] for text in TEXT.findall(prim.attributes.get("joints", (0, ""))[1])]
+            for prim in (skeleton, source)
+        )
+        place, matrices = (skeleton.index, len(self.prims)), None if rest is None else rest.values.reshape(-1, 16)
+        return joint_prims(self.path, skeleton.path, place, names, matrices, animated, parts)
+
+    def arrays(self, prim: _Open, name: str) -> Samples | None:
+        """The numbers (K, …) of an array at its time codes (K,), of one without samples (1, …) at none."""
+        array = rf"\[(?:[-+\d.,;()eE\s]|\#[^\n]*\n)*\]{SPACE}"
+        if f"{name}.timeSamples" in prim.attributes:
+            begin, text = prim.attributes[f"{name}.timeSamples"]
+            found = self.entries(begin, text, rf"{SPACE}({NUMBER}){SPACE}:{SPACE}({array}){SPACE}(,|\}})")
+            codes, values = [float(code) for code, _ in found], [numbers for _, numbers in found]
+            if not codes or (np.diff(codes) <= 0).any() or len(set(map(len, values))) > 1:
+                raise InputError(
+                    f"{self.path}, prim {prim.path}: the time codes of {name} must increase, its arrays be of one size"
+                )
+            return Samples(np.array(codes), np.array(values))
+        begin, text = prim.attributes.get(name, (0, "None"))
+        if text == "None":
+            return None
+        if re.fullmatch(array, text) is None:
+            self.fail(f"{name} of {prim.path} is {text[:40]!r}: numbers in brackets are needed", begin or None)
+        return Samples(np.zeros(0), self.numbers(text, begin)[None])
+
+    def numbers(self, text: str, begin: int) -> np.ndarray:
+        """The numbers of a value that stands at a place."""
+        try:
+            return _numbers(text)
+        except ValueError:
+            self.fail(f"{text[:40]!r} where numbers are needed", begin)
+
     def entries(self, begin: int, text: str, entry: str) -> list[tuple[str, np.ndarray]]:
         """The time samples of a value that stands at a place, code and numbers."""
         pattern, at, found = re.compile(entry), 1, []
         while (sample := pattern.match(text, at)) is not None:
-            found.append((sample.group(1), _numbers(sample.group(2))))
+            found.append((sample.group(1), self.numbers(sample.group(2), begin + sample.start(2))))
             at = sample.end()
             if sample.group(3) == "}":
                 return found
@@ -236,16 +295,9 @@ class _Reader:
 
 
 def _numbers(text: str) -> np.ndarray:
-    """The numbers of a value that is known to hold so many."""
+    """The numbers of a value; ValueError where there are others."""
     text = re.sub(r"\#[^\n]*", "", text) if "#" in text else text
-    return np.array(text.replace("(", " ").replace(")", " ").replace(";", " ").replace(",", " ").split(), dtype=float)
+    return np.array(BETWEEN.sub(" ", text).split(), dtype=float)
 
 
-def _local(path: FilePath, prim: str, operations: list[Operation], codes: np.ndarray) -> Affine:
-    try:
-        return composed(operations, codes)
-    except InputError as error:
-        raise InputError(f"{path}, prim {prim}: {error}") from None
-
-
-STILL = Prim("", -1, np.zeros(0), False, partial(_local, "", "", []))
+STILL = Prim("", -1, np.zeros(0), False, partial(local, "", "", []))

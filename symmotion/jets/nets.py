@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
+from symmotion.brief import instants
 from symmotion.errors import InputError
 from symmotion.jets.curve import NET_ORDERS, NetJet, net_jet
 from symmotion.jets.space import UNKNOWN, Reading, interleaved
@@ -66,7 +67,8 @@ class NetSpace:
             found[:, k] = unified(pairs[:, k], basis.breakpoints)
             outside = ~((found[:, k] >= a) & (found[:, k] <= b))
             if outside.any():
-                raise InputError(f"{name}: parameter {'uv'[k]} = {pairs[outside, k][0]:g} is outside [{a:g}, {b:g}]")
+                t, a, b = instants(pairs[outside, k][0], a, b)
+                raise InputError(f"{name}: parameter {'uv'[k]} = {t} is outside [{a}, {b}]")
         return found
 
     def needed(self, slot: int, out: ca.SX) -> int:

@@ -1,6 +1,6 @@
 """Motions made of motions: at other times, one after the other, as seen from each other; and the paths of points."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from math import factorial
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion import checks
-from symmotion.brief import between
+from symmotion.brief import between, instant
 from symmotion.curves.series import Series, compose, product
 from symmotion.curves.timing import ArcParameter, require_warp, solutions
 from symmotion.errors import InputError
@@ -18,7 +18,7 @@ from symmotion.motions.position import Affine, homogeneous
 from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline
-from symmotion.splines.instants import distinct, inside, rounding_in
+from symmotion.splines.instants import distinct, no_part, put_inside, rounding_in
 from symmotion.values import read_only, value
 
 # Any: of whatever kind, from a motion of one's own to a curve of quaternions, which turns about the origin.
@@ -42,7 +42,7 @@ def _positions(self: _Derived, t: ArrayLike, nu: int = 0) -> Affine:
 
     As far as the motions that it is made of have one.
     """
-    times, d = _inside(t, self.domain), self.dimension
+    times, d = put_inside(t, self.domain), self.dimension
     found = self.matrices(times.ravel(), checks.whole(nu, 0, "derivative order")).reshape(*times.shape, d + 1, d + 1)
     return Affine(found[..., :d, :d], found[..., :d, d])
 
@@ -93,7 +93,7 @@ class RetimedMotion:
     def matrices(self, t: np.ndarray, nu: int) -> np.ndarray:
         """(N, d + 1, d + 1) the nu-th derivatives of the homogeneous matrices at times t (N,) of the domain."""
         inner = [np.asarray(self.warp(t, k)) / factorial(k) for k in range(nu + 1)]
-        inner[0] = _inside(inner[0], self.motion.domain)
+        inner[0] = put_inside(inner[0], self.motion.domain)
         return factorial(nu) * compose(_series(self.motion, inner[0], nu), inner)[nu]
 
     __call__ = _positions
@@ -222,7 +222,7 @@ class RelativeMotion:
             inverse = [np.linalg.inv(frame[0])]
         except np.linalg.LinAlgError:
             i = int(np.argmin(np.abs(np.linalg.det(frame[0]))))
-            raise InputError(f"the reference is singular at time {t[i]:g}: nothing is seen from it") from None
+            raise InputError(f"the reference is singular at time {instant(t[i])}: nothing is seen from it") from None
         for k in range(1, nu + 1):
             inverse.append(-inverse[0] @ sum(frame[i] @ inverse[k - i] for i in range(1, k + 1)))
         return factorial(nu) * product(inverse, moving, np.matmul)[nu]
@@ -252,7 +252,7 @@ def part(motion: AnyMotion, start: float, end: float) -> "AffineMotion | Retimed
     start, end = checks.number(start, "start"), checks.number(end, "end")
     slack = rounding_in(a, b)
     if not a - slack <= start < end <= b + slack or end - start <= slack:
-        raise InputError(f"part from {start:g} to {end:g}: both in [{a:g}, {b:g}], in this order, are needed")
+        raise InputError(no_part("part", start, end, (a, b)))
     start, end = max(start, a), min(end, b)
     if isinstance(motion, AffineMotion):
         return AffineMotion.from_spline(motion.spline.part(start, end), motion.dimension)
@@ -325,7 +325,7 @@ class PointPath:
 
     def __call__(self, t: ArrayLike, nu: int = 0, extrapolate: bool = False) -> np.ndarray:
         """The nu-th derivative at times t, t.shape + (d,); InputError outside the domain, `extrapolate` or not."""
-        t = _inside(t, self.domain)
+        t = put_inside(t, self.domain)
         d = len(self.point)
         found = matrices_of(self.motion, t.ravel(), nu)[:, :d] @ np.append(self.point, 1.0)
         return found.reshape(*t.shape, d)
@@ -367,12 +367,3 @@ def marks_of(motion: AnyMotion) -> np.ndarray:
 
 def _series(motion: AnyMotion, t: np.ndarray, order: int) -> Series:
     return [matrices_of(motion, t, k) / factorial(k) for k in range(order + 1)]
-
-
-def _inside(t: ArrayLike, domain: Sequence[float]) -> np.ndarray:
-    """Times as an array, brought into the domain where only rounding leads out of it; else InputError."""
-    times, (a, b) = checks.numbers(t, "times"), domain
-    there = inside(times, (a, b))
-    if not there.all():
-        raise InputError(f"parameter {times[~there].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
-    return np.clip(times, a, b)

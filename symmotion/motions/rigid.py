@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symmotion.brief import between
+from symmotion.brief import between, instant
 from symmotion.checks import numbers
 from symmotion.errors import InputError
 from symmotion.motions.keyframes import Keyframes
@@ -34,8 +34,8 @@ def squeezed_note(keyframes: Keyframes, motion: Moving) -> str | None:
         return None
     return (
         f"between rigid keyframes the body is squeezed: singular values of A are off by up to {off[worst]:.2g} (time "
-        f"{inside[worst]:.6g}), det A falls to {volumes[least]:.2g} (time {inside[least]:.6g}); keyframes between, "
-        "more R, R* or a pose program keep it rigid"
+        f"{instant(inside[worst])}), det A falls to {volumes[least]:.2g} (time {instant(inside[least])}); keyframes "
+        "between, more R, R* or a pose program keep it rigid"
     )
 
 

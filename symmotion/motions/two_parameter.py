@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.brief import between
 from symmotion.checks import array, choice, floats, numbers
 from symmotion.errors import InputError
 from symmotion.motions.dual import DualQuaternions
@@ -128,7 +129,7 @@ class TwoParameterMotion:
         (a, b), (c, d) = self.domain
         kind = "spherical" if self.spherical else "spatial"
         net = f"{self.u.n} × {self.v.n} controls of degrees {self.u.degree} and {self.v.degree}"
-        return f"TwoParameterMotion({kind}, {net}, u {a:g} to {b:g}, v {c:g} to {d:g})"
+        return f"TwoParameterMotion({kind}, {net}, u {between(a, b)}, v {between(c, d)})"
 
     @cached_property
     def _scipy(self) -> "NdBSpline":

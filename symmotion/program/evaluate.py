@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import cached_property
 from time import perf_counter
 from typing import get_args
 
@@ -62,9 +63,16 @@ class Evaluator:
         self.terms = [BlockEvaluator(b, kernels, self.threads) for b in program.terms]
         self.constraints = [BlockEvaluator(c.block, kernels, self.threads) for c in program.constraints]
         self.seconds, self.counts = 0.0, Counter[str]()
+        # Of a quadratic program the Hessian, with the pattern and the factor that it was made for.
+        self._kept: tuple[Pattern, float, np.ndarray] | None = None
 
     def __repr__(self) -> str:
         return f"Evaluator({self.program.unknowns} unknowns, {self.program.conditions} conditions)"
+
+    @cached_property
+    def quadratic(self) -> bool:
+        """Whether the Hessian is the same everywhere: squares of what is linear, under linear constraints."""
+        return self.program.linear and all(b.kernel.squares and b.kernel.linear for b in self.program.terms)
 
     def prepare(self, *kinds: str) -> None:
         """Derive the terms' functions of these kinds now instead of at their first use."""
@@ -159,8 +167,11 @@ class Evaluator:
     ) -> tuple[np.ndarray, np.ndarray]:
         """∇f (unknowns,) and the Hessian of factor · f + λᵀg (pattern.size,) in the order of the pattern.
 
-        Of terms that are sums of squares, the Hessian's Gauss–Newton part plus theta times the rest.
+        Of terms that are sums of squares, the Hessian's Gauss–Newton part plus theta times the rest. That of a
+        quadratic program is made once.
         """
+        if self._kept is not None and self._kept[0] is pattern and self._kept[1] == factor:
+            return self.gradient(x), self._kept[2].copy()
         self.counts["hessian"] += 1
         began = perf_counter()
         flat, slopes = np.zeros(pattern.size), np.zeros_like(x)
@@ -175,6 +186,8 @@ class Evaluator:
             else:
                 e.second_order(controls, *where, 1.0, parts.get(e.block.name))
         self.seconds += perf_counter() - began
+        if self.quadratic:
+            self._kept = pattern, factor, flat.copy()
         return slopes, flat
 
     def stiffen(

@@ -9,6 +9,7 @@ from symmotion import checks
 from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import Oriented, body_size, dimension_of, placed
 from symmotion.bodies.shapes import UPRIGHT, Up
+from symmotion.brief import instants
 from symmotion.errors import InputError
 from symmotion.motions import Affine, Keyframes
 from symmotion.motions.motion import Moving
@@ -98,9 +99,8 @@ def _shown(name: str, motions: Mapping[str, Moving | Oriented], span: tuple[floa
     for label, motion in shown.items():
         low, high = motion.domain
         if not low <= a < b <= high:
-            raise InputError(
-                f"player {name!r}: span {a:g} to {b:g}: times from {low:g} to {high:g} of {label!r} are needed"
-            )
+            a, b, low, high = instants(a, b, low, high)
+            raise InputError(f"player {name!r}: span {a} to {b}: times from {low} to {high} of {label!r} are needed")
     return {label: Clipped(motion, (a, b)) for label, motion in shown.items()}
 
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from symmotion.brief import between
+from symmotion.brief import between, instant, instants
 from symmotion.checks import floats, number, numbers, whole
 from symmotion.errors import InputError
-from symmotion.splines.instants import inside, require_steps, rounding_in, same_times, unified
+from symmotion.splines.instants import require_inside, require_steps, rounding_in, same_times, unified
 from symmotion.values import read_only, value
 
 MOST_DEGREE = 1000
@@ -57,14 +57,14 @@ class BSplineBasis:
         steps, origin = np.diff(knots), number(self.origin, "origin")
         if (steps < 0).any():
             k = int(np.argmax(steps < 0))
-            raise InputError(f"knots decrease from {knots[k]:g} to {knots[k + 1]:g} at knot {k + 1}")
+            raise InputError(f"knots decrease from {' to '.join(instants(*knots[k : k + 2]))} at knot {k + 1}")
         if ((steps > 0) & (steps <= rounding_in(origin + knots[0], origin + knots[-1]))).any():
             knots = unified(knots, marks=knots[[0, -1, degree, -degree - 1]], origin=origin)
         ends = knots[[degree, -degree - 1]]
         crowded = knots[degree + 1 :] == knots[: -degree - 1]
         if crowded.any():
             k = int(np.argmax(crowded))
-            raise InputError(f"knot {knots[k]:g} has more than degree + 1 = {degree + 1} copies")
+            raise InputError(f"knot {instant(knots[k])} has more than degree + 1 = {degree + 1} copies")
         require_steps(ends, "the ends of the knots, number")
         object.__setattr__(self, "knots", read_only(knots))
         object.__setattr__(self, "degree", degree)
@@ -139,9 +139,7 @@ class BSplineBasis:
         """
         t = floats(t, "parameters")
         a, b = self.domain
-        there = inside(t, (a, b))
-        if not there.all():
-            raise InputError(f"parameter {t[~there].flat[0]:g} is outside the domain [{a:g}, {b:g}]")
+        require_inside(t, (a, b))
         times = self.origin + self.knots
         first = int(np.searchsorted(times, a, side="right")) - 1
         last = int(np.searchsorted(times, b, side="left")) - 1

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion import checks
+from symmotion.brief import instants
 from symmotion.errors import InputError
 
 # Of the largest time: a number and its neighbours. Of the interval: what sums of steps are off by.
@@ -71,6 +73,27 @@ def inside(times: np.ndarray, domain: tuple[float, float]) -> np.ndarray:
     """(…) which times lie in a domain, its ends met up to rounding."""
     slack = rounding_in(*domain)
     return (times >= domain[0] - slack) & (times <= domain[1] + slack)
+
+
+def require_inside(times: np.ndarray, domain: tuple[float, float], what: str = "parameter", of: str = "") -> None:
+    """InputError that names the first of times (…) outside a domain, whose ends are met up to rounding."""
+    there = inside(times, domain)
+    if not there.all():
+        t, a, b = instants(times[~there].flat[0], *domain)
+        raise InputError(f"{what} {t} is outside the domain [{a}, {b}]{of}")
+
+
+def put_inside(times: ArrayLike, domain: tuple[float, float], what: str = "parameter", of: str = "") -> np.ndarray:
+    """Times (…) as floats, in the domain where only rounding leads out of it; else InputError."""
+    given = checks.numbers(times, "times")
+    require_inside(given, domain, what, of)
+    return np.clip(given, *domain)
+
+
+def no_part(what: str, start: float, end: float, domain: tuple[float, float]) -> str:
+    """What is wrong with times that are no part of a domain."""
+    first, last, a, b = instants(start, end, *domain)
+    return f"{what} from {first} to {last}: both in [{a}, {b}], in this order, are needed"
 
 
 def require_steps(times: np.ndarray, what: str) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu, spsolve
 
+from symmotion.brief import instants
 from symmotion.checks import choice, floats, numbers
 from symmotion.errors import InputError
 from symmotion.splines.basis import BSplineBasis, from_origin
@@ -50,8 +51,9 @@ def check_times(times, what: str = "keyframe") -> np.ndarray:
     if (steps <= 0).any():
         k = int(np.argmax(steps <= 0))
         how = "repeats" if steps[k] == 0 else "comes before"
+        before, behind = instants(*times[k : k + 2])
         raise InputError(
-            f"the time of {what} {k + 1}, {times[k + 1]:.9g}, {how} that of {what} {k}, {times[k]:.9g}: "
+            f"the time of {what} {k + 1}, {behind}, {how} that of {what} {k}, {before}: "
             "times must increase; leave one of them out"
         )
     require_steps(times, f"the times of {what}s")
@@ -169,8 +171,8 @@ def require_schoenberg_whitney(basis: BSplineBasis, times: np.ndarray) -> None:
         if used > free[1]:
             first = _crowd(basis, times, i)
             raise InputError(
-                f"keyframes {first} to {i} (times {times[first]:g} to {times[i]:g}) are more conditions than the "
-                "controls that act there: insert knots between them or raise the degree"
+                f"keyframes {first} to {i} (times {' to '.join(instants(times[first], times[i]))}) are more "
+                "conditions than the controls that act there: insert knots between them or raise the degree"
             )
 
 

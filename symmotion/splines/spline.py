@@ -10,6 +10,7 @@ from symmotion.checks import numbers, whole
 from symmotion.errors import InputError
 from symmotion.saving import save
 from symmotion.splines.basis import BSplineBasis
+from symmotion.splines.instants import no_part
 from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
@@ -131,7 +132,7 @@ class Spline:
         """The same function between two times of its domain, on a clamped knot vector there."""
         a, b = self.domain
         if not a <= start < end <= b:
-            raise InputError(f"part from {start:g} to {end:g}: both in [{a:g}, {b:g}], in this order, are needed")
+            raise InputError(no_part("part", start, end, (a, b)))
         plain, p, origin = self.clamped(), self.degree, self.basis.origin
         first, last, knots = start - origin, end - origin, plain.basis.knots
         inner = knots[(knots > first) & (knots < last)]

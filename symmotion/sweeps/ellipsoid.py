@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symmotion.brief import instant
 from symmotion.checks import floats, numbers
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
@@ -104,14 +105,18 @@ class MovingEllipsoid:
             (np.linalg.det(matrices) < 0, "has turned the ellipsoid inside out, through a flat one,"),
         ):
             if bad.any():
-                raise InputError(f"the motion {how} at time {times[np.argmax(bad)]:g}: keep its matrices nonsingular")
+                raise InputError(
+                    f"the motion {how} at time {instant(times[np.argmax(bad)])}: keep its matrices nonsingular"
+                )
 
     def require_continuous(self) -> None:
         """Raise InputError that names the first time at which a spline motion jumps, and so leaves out a way."""
         motion = self.motion
         spline = getattr(motion, "spline" if isinstance(motion, AffineMotion) else "translation", None)
         if isinstance(spline, Spline) and (time := first_jump(spline)) is not None:
-            raise InputError(f"the motion jumps at time {time:g}: sweep the parts before and behind on their own")
+            raise InputError(
+                f"the motion jumps at time {instant(time)}: sweep the parts before and behind on their own"
+            )
 
     def points(self, s: np.ndarray, t: ArrayLike) -> np.ndarray:
         """(…, 3) the points w + B s of the ellipsoid's surface, s (…, 3) on the unit sphere and t (…) broadcasting."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symmotion.bodies.mesh import Mesh, compact
-from symmotion.brief import between
+from symmotion.brief import between, instant
 from symmotion.checks import floats, numbers
 from symmotion.errors import InputError
 from symmotion.motions.affine import AffineMotion
@@ -59,7 +59,7 @@ class SweepSurface:
     def __repr__(self) -> str:
         (a, b), (c, d) = self.domain
         net = f"{self.u.n} × {self.t.n} controls of degrees {self.u.degree} and {self.t.degree}"
-        return f"SweepSurface({self.dimension}D, {net}, u {a:g} to {b:g}, t {between(c, d)})"
+        return f"SweepSurface({self.dimension}D, {net}, u {between(a, b)}, t {between(c, d)})"
 
     def __call__(self, u: ArrayLike, t: ArrayLike, nu: tuple[int, int] = (0, 0)) -> np.ndarray:
         """Partial derivatives of order nu by (u, t); u and t broadcast, + (d,). InputError outside the domain."""
@@ -184,6 +184,6 @@ def _cap_centre(ring: np.ndarray, time: float) -> np.ndarray:
     normals = np.cross(ring - centre, np.roll(ring, -1, axis=0) - centre)
     if (normals @ normals.sum(axis=0) <= 0).any():
         raise InputError(
-            f"the section at time {time:g} is not star-shaped about its centroid: it has no cap; leave caps out"
+            f"the section at time {instant(time)} is not star-shaped about its centroid: it has no cap; leave caps out"
         )
     return centre

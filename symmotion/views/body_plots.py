@@ -8,6 +8,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from numpy.typing import ArrayLike
 
+from symmotion import checks
 from symmotion.bodies import Body, Shape
 from symmotion.bodies.places import body_size
 from symmotion.bodies.shapes import Up
@@ -34,6 +35,7 @@ MOST_KEYFRAMES = 12
 TRIAD, MARK = "_symmotion-triad", "_symmotion-mark"
 # Of more keyframes as many as this are drawn.
 MOST_COPIES = 24
+MOST_TIMES = 1000
 
 
 def plot_body(
@@ -287,9 +289,7 @@ def _time_axis(axes: Axes, copies: list[_Copies]) -> None:
 
 def _times(motion: Moving, times: int | ArrayLike) -> np.ndarray:
     if isinstance(times, int | np.integer):
-        if times < 1:
-            raise InputError(f"times {times}: 1 or more bodies are needed")
-        return np.linspace(motion.domain[0], motion.domain[1], int(times))
+        return np.linspace(*motion.domain, checks.whole(times, 1, "times", " of bodies", most=MOST_TIMES))
     t = as_numbers(times, "times")
     if t.ndim != 1 or not len(t):
         raise InputError(f"times of shape {t.shape}: a number of them, or times (N,), N ≥ 1, is needed")

@@ -7,7 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from symmotion import checks
 from symmotion.answers import Band, fit_covariance
+from symmotion.bodies.shapes import UPRIGHT, Up
 from symmotion.errors import InputError
 from symmotion.fairing import FairingResult
 from symmotion.motions import AffineMotion, PoseMotion, TwoParameterMotion
@@ -26,15 +28,18 @@ FairingKind = Literal["history", "knots"]
 FLOOR = 1e-6
 
 
-def plot_solution(solution: Solution, axes: Axes | None = None, *, kind: SolutionKind | None = None) -> Axes:
+def plot_solution(
+    solution: Solution, axes: Axes | None = None, *, kind: SolutionKind | None = None, up: Up = "z"
+) -> Axes:
     """A solution's motion, convergence or multipliers; returns the axes.
 
     kind: "motion", as its own `plot` draws it, with the keyframes; "convergence", stationarity
     over the iterations, and what counts as zero; "multipliers", ‖λᵢ‖ over the keyframes, else
     over the rows of every constraint; "band", of a fit, how well it is known (`plot_band`). When
-    left out, the motion where it has a picture, else the convergence.
+    left out, the motion where it has a picture, else the convergence. up: the axis of a body's space that is upright.
     """
     require_axes(axes)
+    checks.choice(up, UPRIGHT, "up")
     motion = motion_or_none(solution)
     if kind is None:
         kind = "convergence" if motion is None else "motion"
@@ -51,9 +56,8 @@ def plot_solution(solution: Solution, axes: Axes | None = None, *, kind: Solutio
         )
     if isinstance(motion, Spline):
         return plot_curve(motion, axes)
-    keyframes = keyframes_of(solution)
-    if keyframes is not None and isinstance(motion, AffineMotion | PoseMotion):
-        return motion.plot(axes, keyframes=keyframes)
+    if isinstance(motion, AffineMotion | PoseMotion):
+        return motion.plot(axes, keyframes=keyframes_of(solution), up=up)
     return motion.plot(axes)
 
 

@@ -110,7 +110,10 @@ def test_design_writes_the_optimal_motion_in_the_formats_asked_for(poses, tmp_pa
             "inequality; --solver newton and",
         ),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--tolerance", "1", "--auto-knots", "3"], "leave one out"),
-        (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "-3"], "--auto-knots -3: a whole number, 0"),
+        (
+            ["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "-3"],
+            "--auto-knots -3: a whole number of knots",
+        ),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "3", "--free-times"], "leave one out"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--auto-knots", "3", "--explore", "5"], "leave one out"),
         (["design", "{poses}", "-o", "{tmp}/m.json", "--explore", "0"], "--explore 0: a whole number of starts, 1"),

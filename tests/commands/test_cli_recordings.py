@@ -1,6 +1,8 @@
 """Recordings on the command line: smooth, formats and repairs as options, pipes, one line where something is wrong."""
 
+import ast
 import io
+import re
 import shlex
 import sys
 
@@ -172,6 +174,7 @@ def test_files_say_what_is_upright(tmp_path):
     assert said == {"a.bvh": "y", "a.tum": None, "a.glb": "y", "a.usda": "y", "z.usda": "z"}
 
 
+QUATERNIONS = "t,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,1,0,0,0,0,0,1\n2,1,0,1,0,0,0,1\n"
 TABLES = {
     "angles.csv": "t,x,y,z,roll,pitch,yaw\n0,0,0,0,0,0,50\n1,1,0,0,0,0,60\n2,1,0,0,0,0,70\n",
     "norms.tum": "0 0 0 0 0 0 0 1.02\n1 1 0 0 0 0 0 0.97\n2 1 0 1 0 0 0 1\n",
@@ -179,6 +182,10 @@ TABLES = {
     "again.tum": "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n1 1 0 1 0 0 0 1\n2 1 0 1 0 0 0 1\n",
     "more.bvh": "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\n"
     "OFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.5\n0 0 0\n9 0 0\n0 9 0\n",
+    "few.bvh": "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\n"
+    "OFFSET 0 1 0\n}\n}\nMOTION\nFrames: 5\nFrame Time: 0.5\n0 0 0\n9 0 0\n0 9 0\n",
+    "bars.tum": "0|0|0|0|0|0|0|1\n1|1|0|0|0|0|0|1\n2|1|0|1|0|0|0|1\n",
+    "colons.csv": "t:x:y:z:qx:qy:qz:qw\n0:0:0:0:0:0:0:1\n1:1:0:0:0:0:0:1\n2:1:0:1:0:0:0:1\n",
     "crowd.tum": "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n1.0000001 1 0 1 0 0 0 1\n2 1 2 1 0 0 0 1\n3 1 2 4 0 0 0 1\n",
 }
 
@@ -192,6 +199,9 @@ TABLES = {
         ("again.tum", ["--repeated drop", "--repeated merge"]),
         ("more.bvh", ["--frames found", "--frames claimed"]),
         ("crowd.tum", ["--repeated merge"]),
+        ("few.bvh", ["--frames found"]),
+        ("bars.tum", ["--delimiter '|'"]),
+        ("colons.csv", ["--delimiter :"]),
     ],
 )
 def test_remedies_are_flags_that_work_as_printed(name, remedies, tmp_path, capsys):
@@ -202,7 +212,62 @@ def test_remedies_are_flags_that_work_as_printed(name, remedies, tmp_path, capsy
     for remedy in remedies:
         assert remedy in said
         assert main([*arguments, *shlex.split(remedy)]) == 0
-    assert "=" not in said.replace("M.json", "")
+    assert re.search(r"[a-z]=[^N]", said) is None
+
+
+@pytest.mark.parametrize("name", sorted(set(TABLES) - {"crowd.tum"}))
+def test_remedies_are_arguments_that_work_as_printed(name, tmp_path):
+    (tmp_path / name).write_text(TABLES[name])
+    with pytest.raises(sm.InputError) as error:
+        sm.read_keyframes(tmp_path / name)
+    given = re.findall(r"([a-z]+)=('[^']*'|[0-9.]+)", str(error.value))
+    assert given
+    for argument, value in given:
+        assert len(sm.read_keyframes(tmp_path / name, **{argument: ast.literal_eval(value)})) >= 2
+
+
+def test_remedies_that_name_columns_and_encodings(tmp_path, capsys):
+    text = TABLES["more.bvh"].replace("Frames: 2", "Frames: 3").replace("Hips", "腰")
+    (tmp_path / "sjis.bvh").write_bytes(text.encode("shift_jis"))
+    rows = [line.replace("t,", "when,").replace("x,y,z,", "a,b,c,") for line in QUATERNIONS.splitlines()]
+    (tmp_path / "unnamed.csv").write_text("\n".join(rows))
+    out = ["-o", str(tmp_path / "m.json")]
+    assert main(["convert", str(tmp_path / "sjis.bvh"), *out]) == 2
+    assert "name its encoding, as --encoding shift_jis" in capsys.readouterr().err
+    assert main(["convert", str(tmp_path / "sjis.bvh"), *out, "--encoding", "shift_jis"]) == 0
+    assert main(["convert", str(tmp_path / "unnamed.csv"), *out]) == 2
+    said = capsys.readouterr().err
+    assert "say which with --columns time=NAME,…, without a NAME for none" in said
+    assert "not understood when, a, b, c" in said
+    columns = "time=when;translation=a,b,c"
+    assert main(["convert", str(tmp_path / "unnamed.csv"), *out, "--columns", columns]) == 0
+    assert main(["convert", str(tmp_path / "unnamed.csv"), *out, "--columns", "time=;translation="]) == 0
+
+
+def test_motions_that_are_not_rigid_are_told_how_to_be_written(tmp_path, capsys):
+    keys, out = sm.examples.random_keyframes(9, 40, seed=2), tmp_path / "m.tum"
+    sm.write_keyframes(keys, tmp_path / "keys.csv")
+    arguments = ["design", str(tmp_path / "keys.csv"), "-o", str(out), "--refine", "0"]
+    assert main(arguments) == 2
+    assert "--orthonormalise writes the closest rotations" in capsys.readouterr().err
+    assert main([*arguments, "--orthonormalise"]) == 0
+    assert main([*arguments, "--orthonormalise", "--rate", "1e9"]) == 2
+    assert "symmotion design: --rate 1e+09 makes 8e+09 steps over the motion" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("flag", "value", "message"),
+    [
+        ("--refine", "100000", "a whole number of knots per segment, at most 1000, is needed"),
+        ("--degree", "31", "a whole number, at most 30, is needed"),
+        ("--explore", "100001", "a whole number of starts, at most 100000, is needed"),
+        ("--auto-knots", "1000001", "a whole number of knots, at most 1000000, is needed"),
+    ],
+)
+def test_work_without_end_is_refused_by_the_option(flag, value, message, poses, tmp_path, capsys):
+    arguments = ["design", str(poses), "--format", "tum", "-o", str(tmp_path / "m.json")]
+    assert main([*arguments, flag, value]) == 2
+    assert capsys.readouterr().err == f"symmotion design: {flag} {value}: {message}\n"
 
 
 def test_solvers_are_named_as_flags_and_their_settings_stay(poses, tmp_path, capsys):

@@ -153,7 +153,7 @@ def test_bounds_along_the_motion_hold_where_they_are_asked_for():
         (lambda: program(sm.constraints.AngularRate(0, 1.0)), r"angular rate: rate of shape \(1,\)"),
         (lambda: program(sm.constraints.Periodic()), "the first and the last keyframe differ"),
         (lambda: program(sm.constraints.Periodic(), keys=CLOSED, degree=1), "degree 1 has no derivative"),
-        (lambda: program(sm.constraints.UnitVolume([0.5, 9.0])), r"unit volume: time 9.0 is outside .*\[0, 5\]"),
+        (lambda: program(sm.constraints.UnitVolume([0.5, 9.0])), r"unit volume: time 9 is outside .*\[0, 5\]"),
         (lambda: program(sm.constraints.UnitVolume([1.0])), "time 1 is a keyframe's"),
         (lambda: program(sm.constraints.OnLine(1, [0, 0, 0])), "line: the direction is zero"),
         (lambda: sm.Tolerance(linear=-1.0), r"tolerance: linear -1.0: a positive number"),

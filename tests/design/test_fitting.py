@@ -4,6 +4,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from noise import noisy, of_motion, swing
 from problems import difference
 from scipy.interpolate import BSpline, make_lsq_spline
 from scipy.optimize import least_squares
@@ -51,6 +52,50 @@ def test_without_energies_it_is_the_weighted_least_squares_spline(degree):
     spline = make_lsq_spline(TOUR.times, flat(TOUR), solution.motion.basis.knots, degree, w=np.sqrt(weights))
     np.testing.assert_allclose(solution.motion.spline.control_points, spline.c, atol=1e-9)
     assert solution.motion.basis.n == 17
+
+
+@pytest.mark.parametrize("degree", [3, 5])
+@pytest.mark.parametrize("noise", [None, (0.005, 0.01)])
+def test_controls_and_weights_are_chosen_as_smooth_does(degree, noise):
+    """By the noise, or cross-validation; the truth is met as `smooth` meets it, which chooses the degree as well."""
+    truth = swing(100)
+    samples = noisy(truth, 0, (0.005, 0.01))
+    program = fit_program(samples, noise=noise, degree=degree)
+    solution, other = sm.ExactNewton().solve(program).require(), sm.smooth(samples, noise=noise)
+    assert (of_motion(truth, solution.motion) < 1.02 * of_motion(truth, other.motion)).all()
+    assert solution.motion.degree == degree and solution.motion.basis.n == other.motion.basis.n
+    assert solution.program.notes[1:] == other.program.notes[1:]
+    assert program.design.objective is not None and solution.iterations <= 1
+    if degree == other.motion.degree:
+        np.testing.assert_allclose(solution.x, other.x, atol=1e-9)
+
+
+def test_what_is_given_is_not_chosen():
+    samples = noisy(swing(60), 0, (0.005, 0.01))
+    counted = fit_program(samples, objective=1e-3 * sm.Rigidity())
+    assert counted.design.objective == 1e-3 * sm.Rigidity()
+    assert counted.notes == (
+        f"a spline of degree 3 with {counted.design.basis.n} controls follows 60 keyframes, as many as serve by "
+        "generalised cross-validation",
+    )
+    knotted = fit_program(samples, knots=np.linspace(0.5, 5.5, 11), noise=(0.005, 0.01))
+    assert knotted.design.basis.n == 15 and "15 controls follows" in knotted.notes[0]
+    plain = fit_program(samples, controls=15)
+    assert plain.design.objective is None and not plain.notes
+
+
+def test_weights_tell_as_repeated_samples_do():
+    """A sample of weight 2 counts as two; one without weight as none."""
+    samples = noisy(swing(60), 0, (0.005, 0.01))
+    weights = np.ones(60)
+    weights[::5] = 0
+    kept = np.flatnonzero(weights)
+    alone, weighed = fit_program(samples[kept]), fit_program(samples, weights=weights)
+    assert weighed.notes == alone.notes
+    doubled = fit_program(samples, weights=np.full(60, 2.0), noise=(0.005, 0.01))
+    halved = fit_program(samples, noise=(0.005 / np.sqrt(2), 0.01 / np.sqrt(2)))
+    twice, once = (Evaluator(p).objective(p.x0) for p in (doubled, halved))
+    assert twice == pytest.approx(2 * once, rel=5e-3)
 
 
 def test_smoothing_solves_the_normal_equations():
@@ -191,8 +236,15 @@ FEW = TOUR[:10]
         (lambda: fit_program(FEW, controls=11), "10 samples cannot determine 11 controls"),
         (lambda: fit_program(FEW, controls=9, weights=[1, 0, 0] + [1] * 7), "8 samples cannot determine 9 controls"),
         (lambda: fit_program(FEW, controls=3), "controls 3: a whole number for degree 3, 4 or more"),
-        (lambda: fit_program(FEW), "either controls"),
         (lambda: fit_program(FEW, controls=5, knots=[0.1]), "either controls"),
+        (lambda: fit_program(FEW[:7]), "7 samples are too few to tell noise from motion: give noise, or controls"),
+        (lambda: fit_program(FEW[:4], noise=(0.1, 0.1)), "4 samples at 4 times are too few to smooth: 5 or more"),
+        (lambda: fit_program(FEW, noise=(0, 0)), "noise 0 asks for a motion through all samples, which affine_program"),
+        (lambda: fit_program(FEW, noise=(1, 0)), "noise of one part is 0"),
+        (lambda: fit_program(FEW, noise=cast(Any, 0.1)), "σ of places, σ of turns"),
+        (lambda: fit_program(FEW, huber=0.1), "with huber give controls and an objective"),
+        (lambda: fit_program(FEW, degree=1), "degree 1: bends tell how much to smooth"),
+        (lambda: fit_program(FEW, controls=5, objective=sm.Rigidity(), noise=(1, 1)), "noise has nothing to choose"),
         (lambda: fit_program(FEW, knots=FEW.times[1] * np.array([0.2, 0.4, 0.6, 0.8])), "where there are no samples"),
         (lambda: fit_program(FEW, controls=5, weights=-np.ones(10)), "weight of sample 0 is -1"),
         (lambda: fit_program(FEW, controls=5, weights=np.ones(9)), r"weights of shape \(9,\) for 10 samples"),

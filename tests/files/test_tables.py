@@ -315,3 +315,44 @@ def test_notes_on_rows_count_them_over_all_parts(file):
     assert len(found.keyframes) == 9_998
     assert "2 rows of lost tracking are dropped, the first in line 18" in found.notes
     assert "2 quaternions are normalised, norms up to 0.002 from 1" in found.notes
+
+
+ROWS = "0,0,0,0,0,0,0,1\n0.5,1,0,0,0,0.6,0,0.8\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,x,y,z,qi,qj,qk,qr\n" + ROWS,
+        "t,x,y,z,quat_i,quat_j,quat_k,quat_r\n" + ROWS,
+        "t,x,y,z,ori_x,ori_y,ori_z,ori_w\n" + ROWS,
+        "// of a robot\n% made by a program\nt,x,y,z,qx,qy,qz,qw\n" + ROWS,
+        "t,x,y,z,qx,qy,qz,qw\nms,cm,cm,cm,,,,\n" + ROWS.replace("0.5,1,", "500,100,"),
+        "%time,x,y,z,qx,qy,qz,qw\n" + ROWS,
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_names_comments_units_and_encodings(text, encoding, tmp_path):
+    (tmp_path / "a.csv").write_text(text, encoding=encoding)
+    keys = sm.read_keyframes(tmp_path / "a.csv")
+    np.testing.assert_allclose(keys.times, [0, 0.5])
+    np.testing.assert_allclose(keys.translation, [[0, 0, 0], [1, 0, 0]])
+    np.testing.assert_allclose(keys.linear[1], [[0.28, 0, 0.96], [0, 1, 0], [-0.96, 0, 0.28]], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["rodrigues_x,rodrigues_y,rodrigues_z", "rot_vec_x,rot_vec_y,rot_vec_z", "axisAngleX,axisAngleY,axisAngleZ"],
+)
+def test_rotation_vectors_by_their_names(names, tmp_path):
+    (tmp_path / "a.csv").write_text(f"t,x,y,z,{names}\n0,0,0,0,0,0,0\n1,0,0,0,0,0,{np.pi / 2}\n")
+    linear = sm.read_keyframes(tmp_path / "a.csv").linear
+    np.testing.assert_allclose(linear[1], [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
+
+
+@pytest.mark.parametrize("void", ["nan", "", "None", "inf"])
+def test_rows_of_lost_tracking_are_told_how_to_be_left_out(void, tmp_path):
+    (tmp_path / "a.csv").write_text(f"t,x,y,z,qx,qy,qz,qw\n{ROWS}1,{void},0,0,0,0,0,1\n")
+    with pytest.raises(sm.InputError, match=r"line 4: .*; lost='drop' leaves such rows out"):
+        sm.read_keyframes(tmp_path / "a.csv")
+    assert len(sm.read_keyframes(tmp_path / "a.csv", lost="drop")) == 2

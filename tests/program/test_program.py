@@ -216,3 +216,25 @@ def test_a_block_without_nodes_is_refused():
     kernel = Kernel(z, ca.SX.sym("data", 0), z, 1, squares=True)
     with pytest.raises(sm.InputError, match="block 'empty' has no nodes: leave it out"):
         Block("empty", kernel, "x", slice(0, 1), sparse.csr_array((0, 1)), 1, np.empty(0), np.empty((0, 0)))
+
+
+def test_the_hessian_of_a_quadratic_program_is_made_once():
+    """The same for every point and theta, by a table of its own each time; of others it is made anew."""
+    keys = sm.examples.spatial_keyframes()
+    for objective, times in ((sm.energies.Roughness(1.0, 2.0), 1), (sm.Rigidity(), 3)):
+        program = sm.affine_program(keys, objective=objective)
+        evaluator, fresh = Evaluator(program), Evaluator(program)
+        pattern = sm.systems.system_of(program, evaluator, program.x0).pattern
+        first = evaluator.second_order(program.x0, pattern)[1]
+        kept = first.copy()
+        first[:] = 0.0
+        x = program.x0 + 0.1
+        gradient, second = evaluator.second_order(x, pattern, theta=0.3)
+        other = fresh.second_order(x, pattern, theta=0.3)
+        np.testing.assert_array_equal(second, other[1])
+        np.testing.assert_allclose(gradient, other[0], rtol=1e-12, atol=1e-9)
+        assert np.array_equal(second, kept) == (times == 1)
+        evaluator.second_order(x, pattern)
+        assert evaluator.counts["hessian"] == times
+        doubled = evaluator.second_order(x, pattern, factor=2.0)[1]
+        np.testing.assert_allclose(doubled, 2 * evaluator.second_order(x, pattern)[1], rtol=1e-12)

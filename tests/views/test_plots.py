@@ -242,7 +242,7 @@ def test_times_that_differ_in_late_digits_are_told_apart():
         ({"body": "K"}, "outlines are arrays of numbers"),
         ({"body": 5}, "is no outline"),
         ({"body": {}}, "a dict is no outline"),
-        ({"times": 0}, "times 0: 1 or more"),
+        ({"times": 0}, "times 0: a whole number of bodies, 1 or more"),
         ({"times": [0.5, np.nan]}, "times: finite numbers"),
         ({"times": "now"}, "times: finite numbers"),
         ({"times": []}, r"times of shape \(0,\)"),
@@ -516,6 +516,19 @@ def test_the_axis_that_is_upright_in_a_file_is_upright_in_the_picture(pinned):
         origin = np.array(shown.lines[-1].get_xydata())[0]
         upright = {name for name, place in names.items() if abs(place[0] - origin[0]) < 1e-9 and place[1] > origin[1]}
         assert upright == {"y"}
+
+
+@pytest.mark.parametrize("program", [sm.affine_program, sm.pose_program])
+def test_solutions_are_drawn_upright_as_their_motions_are(program):
+    keys = sm.examples.random_keyframes(4, 40, seed=1)
+    solution = sm.ExactNewton().solve(program(keys, refine=0))
+    shown, expected = solution.plot(up="y"), solution.motion.plot(keyframes=keys, up="y")
+    other = solution.plot()
+    outlines = [[p.vertices for c in axes.collections for p in c.get_paths()] for axes in (shown, expected, other)]
+    assert all(np.allclose(a, b) for a, b in zip(*outlines[:2], strict=True))
+    assert not all(a.shape == b.shape and np.allclose(a, b) for a, b in zip(*outlines[::2], strict=False))
+    with pytest.raises(sm.InputError, match="up 'x' is unknown; there are y, z"):
+        solution.plot(up=cast(Any, "x"))
 
 
 def test_the_letter_stands_upright():

@@ -26,7 +26,7 @@ from symmotion.motions.rigid import polar_factors
 from symmotion.pictures import as_html, plot_positions
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, Spline, cubic_interpolant
-from symmotion.splines.instants import inside
+from symmotion.splines.instants import put_inside
 from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
@@ -82,14 +82,10 @@ class Interpolant:
 
         Raises InputError outside the domain and for a derivative that is not to be had.
         """
-        t, d = numbers(t, "times"), self.dimension
+        d = self.dimension
         if nu < 0 or (self.highest is not None and nu > self.highest):
             raise InputError(f"derivative order {nu} of {self.name}: 0 to {self.highest or 'any'} can be had")
-        a, b = self.domain
-        outside = ~inside(t, (a, b))
-        if outside.any():
-            raise InputError(f"time {t[outside].flat[0]:g} is outside the domain [{a:g}, {b:g}] of {self.name}")
-        t = np.clip(t, a, b)
+        t = put_inside(t, self.domain, "time", f" of {self.name}")
         moved = factorial(nu) * self.series(t.ravel(), nu)[nu].reshape(*t.shape, d + 1, d + 1)
         return Affine(moved[..., :d, :d], moved[..., :d, d])
 

@@ -17,7 +17,7 @@ from symmotion.motions.quaternions.turning import Frame, QuaternionJet, checked_
 from symmotion.pictures import as_html, plot_rates
 from symmotion.saving import save
 from symmotion.splines import BSplineBasis, check_times
-from symmotion.splines.instants import inside
+from symmotion.splines.instants import put_inside
 from symmotion.values import read_only, value
 
 if TYPE_CHECKING:
@@ -80,11 +80,7 @@ class SegmentCurve:
         return float(self.times[0]), float(self.times[-1])
 
     def _place(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        t = numbers(t, "times")
-        a, b = self.domain
-        if not inside(t, (a, b)).all():
-            raise InputError(f"times must lie in the domain [{a:g}, {b:g}]")
-        t = np.clip(t, a, b)
+        t = put_inside(t, self.domain, "time")
         i = np.clip(np.searchsorted(self.times, t.ravel(), side="right") - 1, 0, len(self.times) - 2)
         step = np.diff(self.times)[i]
         return i, (t.ravel() - self.times[i]) / step, step
