@@ -11,9 +11,9 @@ from symmotion.fairing.least_squares import LIGHT, LeastSquares
 MOST, INSIDE, POWERS, HALVINGS = 0.9, 0.95, (-6.0, 2.0), 6
 # Weights follow the square of how far a control is, by so many steps extrapolated from so many, changes of their
 # logarithms and of distances at most, and no weight is lighter relative to the scale.
-STEPS, EXTRAPOLATED, LEAP, SHORT, LIGHTEST = 150, 4, 4.0, 0.1, 1e-13
-# Where it ends: what bounds are exceeded by and what weights of controls inside are worth, relative to G.
-EXCEEDED, WORTH = 1e-3, 1e-4
+STEPS, EXTRAPOLATED, LEAP, SHORT, LIGHTEST = 250, 4, 4.0, 0.1, 1e-13
+# Where it ends: what bounds are exceeded by, and what weights of controls inside are worth, relative to G and to that before.
+EXCEEDED, WORTH, NOTHING = 1e-3, 1e-4, 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,8 @@ def pressed(problem: LeastSquares, tolerance: np.ndarray) -> Pressed | None:
         return None
     for _ in range(STEPS):
         value = first + float(np.sum(slope * move) - np.sum(worth * far**2))
-        if far.max() <= 1 + EXCEEDED and abs(float(np.sum(worth * (1 - far**2)))) <= WORTH * abs(value):
+        least = max(WORTH * abs(value), NOTHING * first)
+        if far.max() <= 1 + EXCEEDED and abs(float(np.sum(worth * (1 - far**2)))) <= least:
             break
         change = course.step(logs, 2 * np.log(np.maximum(far, SHORT)), np.sqrt(weights / weights.max()))
         logs = np.maximum(logs + np.clip(change, -LEAP, LEAP), np.log(LIGHTEST * scale))
