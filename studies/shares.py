@@ -6,6 +6,8 @@ from statistics import median
 import numpy as np
 from scipy.stats import binomtest
 
+from symmotion.report import Column
+
 DRAWS = 2000  # of a bootstrap
 
 
@@ -15,9 +17,19 @@ def interval(found: int, of: int) -> tuple[float, float]:
     return 100 * bounds.low, 100 * bounds.high
 
 
+def with_interval(found: int, of: int) -> tuple[float | None, float | None, float | None]:
+    """A share in percent, and the ends of its interval."""
+    return (100 * found / of, *interval(found, of)) if of else (None, None, None)
+
+
 def share(found: int, of: int) -> str:
     """A share with its interval: "36 of 40 (77–96 %)"; of none, just so."""
     return f"{found} of {of} ({'–'.join(f'{end:.0f}' for end in interval(found, of))} %)" if of else "0 of 0"
+
+
+def ends(what: str) -> tuple[Column, Column]:
+    """The columns of the ends of a share's interval."""
+    return Column(f"{what}, from", "%", end=True), Column(f"{what}, to", "%", end=True)
 
 
 def spread(values: Iterable[float], digits: int = 3) -> str:

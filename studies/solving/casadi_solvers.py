@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import symmotion as sm
-from studies.shares import share, shifted_mean
+from studies.shares import ends, share, shifted_mean, with_interval
 from studies.solving.contest import tables
 from studies.solving.contest.attempts import alike
 from studies.solving.problem_set import load
@@ -192,7 +192,7 @@ def _table(answers: Sequence[Answer], plugins: Mapping[str, object]) -> Table:
     rows = []
     for plugin in plugins:
         mine = [a for a in answers if a.plugin == plugin]
-        shares = [tables.with_interval(sum(_certified(a, t) for a in mine), len(mine)) for t in ACCURACIES]
+        shares = [with_interval(sum(_certified(a, t) for a in mine), len(mine)) for t in ACCURACIES]
         best = sum(_best(a) for a in mine)
         right = sum(a.claimed == _certified(a, 1e-6) for a in mine)
         wrong = sum(a.claimed and not _certified(a, 1e-6) for a in mine)
@@ -201,12 +201,10 @@ def _table(answers: Sequence[Answer], plugins: Mapping[str, object]) -> Table:
             (
                 plugin,
                 len(mine),
-                shares[0][0],
-                *shares[1],
-                shares[2][0],
-                *tables.with_interval(best, len(mine)),
+                *(number for found in shares for number in found),
+                *with_interval(best, len(mine)),
                 wrong,
-                *tables.with_interval(right, len(mine)),
+                *with_interval(right, len(mine)),
                 1e3 * shifted_mean(seconds, tables.SHIFT) if seconds else None,
             )
         )
@@ -214,14 +212,16 @@ def _table(answers: Sequence[Answer], plugins: Mapping[str, object]) -> Table:
         Column("plugin"),
         Column("problems"),
         Column("certified to 1e-4", "%"),
+        *ends("certified to 1e-4"),
         Column("to 1e-6", "%"),
-        *tables.ends("to 1e-6"),
+        *ends("to 1e-6"),
         Column("to 1e-8", "%"),
+        *ends("to 1e-8"),
         Column("best known", "%"),
-        *tables.ends("best known"),
+        *ends("best known"),
         Column("says solved and is not"),
         Column("right", "%"),
-        *tables.ends("right"),
+        *ends("right"),
         Column("CPU", "ms"),
     )
     caption = (

@@ -7,7 +7,7 @@ from time import process_time
 import numpy as np
 
 import symmotion as sm
-from studies.shares import ratio, spread
+from studies.shares import ends, ratio, spread, with_interval
 from studies.solving.contest import tables
 from studies.solving.contest.attempts import PATIENCE
 from studies.solving.problem_set import load
@@ -216,18 +216,18 @@ def _regular(found: Sequence[tuple[dict, dict[str, float]]]) -> Table:
         mine = [f for row, f in found if family in (row["family"], "all")]
         if mine:
             counts = [sum(test(f) for f in mine) for test in (_independent, _curved, _strict)]
-            shares = [end for n in counts for end in tables.with_interval(n, len(mine))]
+            shares = [end for n in counts for end in with_interval(n, len(mine))]
             curvature = [f["curvature"] for f in mine]
             rows.append((family, len(mine), *shares, min(f["independence"] for f in mine), min(curvature)))
     columns = (
         Column("family"),
         Column("problems"),
         Column("LICQ", "%"),
-        *tables.ends("LICQ"),
+        *ends("LICQ"),
         Column("second order", "%"),
-        *tables.ends("second order"),
+        *ends("second order"),
         Column("strict complementarity", "%"),
-        *tables.ends("strict complementarity"),
+        *ends("strict complementarity"),
         Column("least singular value"),
         Column("least curvature"),
     )

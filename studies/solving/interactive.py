@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import symmotion as sm
-from studies.shares import share
+from studies.shares import ends, share, with_interval
 from studies.solving.scaling_figure import plain_ticks
 from studies.solving.scaling_limit import load_note
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, to_figure
@@ -112,7 +112,7 @@ def _table(drags: list[Drag]) -> Table:
                 1e3 * float(np.median(d.seconds - d.solving)),
                 float(np.median(d.iterations)),
                 int(d.iterations.max()),
-                100 * np.mean(d.certified),
+                *with_interval(int(np.sum(d.certified)), len(d.certified)),
             )
         )
     columns = (
@@ -127,6 +127,7 @@ def _table(drags: list[Drag]) -> Table:
         Column("iterations"),
         Column("most"),
         Column("certified", "%"),
+        *ends("certified"),
     )
     caption = (
         "From the moved keyframe to the certified optimum: the edited program, the solve from the solution before, and "

@@ -5,7 +5,7 @@ from itertools import count, islice
 import numpy as np
 
 import symmotion as sm
-from studies.shares import interval, share
+from studies.shares import ends, share, with_interval
 from studies.solving.hard_keyframes import problem
 from studies.solving.robustness import QUICK_UNKNOWNS, SAME
 from symmotion.bodies import letter_k
@@ -73,17 +73,13 @@ def _table(found: sm.answers.Exploration) -> Table:
 
 
 def _shares_table(reached: np.ndarray, of: int) -> Table:
-    ends = (Column("from", end=True), Column("to", end=True))
-    rows = [
-        (n, 100 * reach, *interval(round(of * reach), of))
-        for n in (1, 2, 4, 8, 16, BUDGET)
-        for reach in [float(reached[n - 1])]
-    ]
+    rows = [(n, *with_interval(round(of * float(reached[n - 1])), of)) for n in (1, 2, 4, 8, 16, BUDGET)]
+    columns = (Column("starts"), Column("problems", "%"), *ends("problems"))
     caption = (
         "Hard problems of which the best value known was reached by the first starts of the portfolio, with Wilson's "
         "95 % intervals."
     )
-    return Table("best known", (Column("starts"), Column("problems", "%"), *ends), tuple(rows), caption)
+    return Table("best known", columns, tuple(rows), caption)
 
 
 def _motions(found: sm.answers.Exploration, keys: sm.Keyframes) -> Figure:

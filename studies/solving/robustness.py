@@ -9,6 +9,7 @@ from statistics import median
 import numpy as np
 
 import symmotion as sm
+from studies.shares import ends, with_interval
 from studies.solving.contest import tables
 from studies.solving.contest.attempts import SAME, Budget, Contest, Task, alike, contend, start_of
 from studies.solving.contest.profiles import colour_of, figure
@@ -110,7 +111,7 @@ def _minima(contest: Contest, minima: Mapping[str, list[float]]) -> Table:
         found = [values for name, values in minima.items() if kind in (families[name], "all")]
         counts = [len(v) for v in found]
         ratios = [v[1] / v[0] for v in found if len(v) > 1 and v[0] > 0]
-        several = tables.with_interval(sum(c > 1 for c in counts), len(counts))
+        several = with_interval(sum(c > 1 for c in counts), len(counts))
         shares = [sum(c == n for c in counts) for n in (0, 1, 2)]
         rows.append(
             (kind, len(counts), *shares, sum(c > 2 for c in counts), *several, median(ratios) if ratios else None)
@@ -123,7 +124,7 @@ def _minima(contest: Contest, minima: Mapping[str, list[float]]) -> Table:
         Column("two"),
         Column("more"),
         Column("several", "%"),
-        *tables.ends("several"),
+        *ends("several"),
         Column("second / best"),
     )
     caption = (
@@ -143,7 +144,7 @@ def _shares(contest: Contest) -> Figure:
                 mine = [a for found in contest.of(method, 1, kind).values() for a in found]
                 place = i + width * (k - (len(contest.methods) - 1) / 2)
                 certified = 100 * sum(a.certified for a in mine) / len(mine)
-                best, low, high = tables.with_interval(sum(map(contest.reached, mine)), len(mine))
+                best, low, high = with_interval(sum(map(contest.reached, mine)), len(mine))
                 assert best is not None and low is not None and high is not None
                 axes.bar(place, certified, 0.95 * width, color=colour_of(method), alpha=0.35)
                 axes.bar(place, best, 0.95 * width, color=colour_of(method), label=method if i == 0 else None)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import symmotion as sm
-from studies.shares import shifted_mean
+from studies.shares import ends, shifted_mean, with_interval
 from studies.solving.contest import tables
 from studies.solving.contest.attempts import PATIENCE, Budget, Contender, Contest, Task, contend
 from studies.solving.contest.profiles import figure
@@ -99,7 +99,7 @@ def timed(contest: Contest, seconds: Sequence[float]) -> Table:
                 tried.append(len(within))
                 counts[0] += any(map(tables.certified, within))
                 counts[1] += any(map(contest.reached, within))
-            shares = [end for n in counts for end in tables.with_interval(n, len(found))]
+            shares = [end for n in counts for end in with_interval(n, len(found))]
             rows.append((limit, method, len(found), sum(tried) / len(tried), *shares))
     columns = (
         Column("CPU", "s"),
@@ -107,9 +107,9 @@ def timed(contest: Contest, seconds: Sequence[float]) -> Table:
         Column("problems"),
         Column("starts that fit"),
         Column("certified", "%"),
-        *tables.ends("certified"),
+        *ends("certified"),
         Column("best known", "%"),
-        *tables.ends("best known"),
+        *ends("best known"),
     )
     caption = "Starts one after the other on every problem, as many as end within the time, and as were tried."
     return Table("equal times", columns, tuple(rows), caption)
@@ -131,7 +131,7 @@ def _accuracies(found: Sequence[tuple[float, Contest]]) -> Table:
     for tolerance, contest in found:
         for method in MAIN:
             mine = [a for attempts in contest.of(method).values() for a in attempts]
-            share = tables.with_interval(sum(a.certified for a in mine), len(mine))
+            share = with_interval(sum(a.certified for a in mine), len(mine))
             means = (
                 1e3 * shifted_mean((a.seconds for a in mine), tables.SHIFT),
                 shifted_mean((float(a.evaluations) for a in mine), 1.0),
@@ -142,7 +142,7 @@ def _accuracies(found: Sequence[tuple[float, Contest]]) -> Table:
         Column("solver"),
         Column("problems"),
         Column("certified", "%"),
-        *tables.ends("certified"),
+        *ends("certified"),
         Column("CPU", "ms"),
         Column("evaluations"),
     )

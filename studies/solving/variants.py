@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import symmotion as sm
-from studies.shares import paired, ratio, share
+from studies.shares import ends, paired, ratio, share, with_interval
 from studies.solving.contest import tables
 from studies.solving.contest.attempts import PATIENCE, Budget, Contender, Contest, contend
 from studies.solving.problem_set.families import BOUNDS, EQUALITIES, LONG, SCALED
@@ -152,14 +152,14 @@ def warm_table(found: list[tuple[str, float, dict[str, tuple]]]) -> Table:
         mine = [e[2] for e in found if e[1] == size]
         for way in mine[0]:
             good = [e[way][1] for e in mine if e[way][0]]
-            told = tables.with_interval(len(good), len(mine))
+            told = with_interval(len(good), len(mine))
             rows.append((size, way, len(mine), *told, *_quartiles(good)))
     columns = (
         Column("moved by"),
         Column("way"),
         Column("edits"),
         Column("certified", "%"),
-        *tables.ends("certified"),
+        *ends("certified"),
         Column("iterations"),
         Column("quarter below", end=True),
         Column("quarter above", end=True),

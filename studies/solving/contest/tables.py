@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from statistics import median
 
-from studies.shares import interval, paired, ratio, share, shifted_mean
+from studies.shares import ends, paired, ratio, share, shifted_mean, with_interval
 from studies.solving.contest.attempts import SAME, Attempt, Contest
 from symmotion.report import Column, Table
 
@@ -18,11 +18,6 @@ LIMITS = (
 Test = Callable[[Attempt], bool]
 
 
-def ends(what: str) -> tuple[Column, Column]:
-    """The columns of the ends of a share's interval."""
-    return Column(f"{what}, from", "%", end=True), Column(f"{what}, to", "%", end=True)
-
-
 def by_problem(contest: Contest, method: str, starts: int, test: Test, family: str | None = None) -> dict[str, bool]:
     """Whether one of a method's first starts passes a test, by problem."""
     return {p: any(map(test, found)) for p, found in contest.of(method, starts, family).items()}
@@ -32,11 +27,6 @@ def passed(contest: Contest, method: str, starts: int, test: Test, family: str |
     """The share of problems on which one of a method's first starts passes a test, in words."""
     found = by_problem(contest, method, starts, test, family)
     return share(sum(found.values()), len(found))
-
-
-def with_interval(found: int, of: int) -> tuple[float | None, float | None, float | None]:
-    """A share in percent, and the ends of its interval."""
-    return (100 * found / of, *interval(found, of)) if of else (None, None, None)
 
 
 def certified(attempt: Attempt) -> bool:
