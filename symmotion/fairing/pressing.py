@@ -12,7 +12,7 @@ MOST, INSIDE, POWERS, HALVINGS = 0.9, 0.95, (-6.0, 2.0), 6
 # Weights follow the square of how far a control is, by so many steps extrapolated from so many, changes of their
 # logarithms and of distances at most, and no weight is lighter relative to the scale.
 STEPS, EXTRAPOLATED, LEAP, SHORT, LIGHTEST = 250, 4, 4.0, 0.1, 1e-13
-# Where it ends: what bounds are exceeded by, and the worth of weights of controls inside, relative to G and the first G.
+# Where it ends: what bounds are exceeded by, and the worth of weights of controls inside, relative to G, now and first.
 EXCEEDED, WORTH, NOTHING = 1e-3, 1e-4, 1e-9
 
 
