@@ -19,7 +19,7 @@ from studies.fairing.fairing_nets import (
     turning_player,
 )
 from studies.shares import share, spread
-from symmotion.fairing import FairingResult, fair, local_step_program
+from symmotion.fairing import METHODS, FairingResult, Method, fair, local_step_program
 from symmotion.motions import DualQuaternions, TwoParameterMotion, noisy_net, smooth_net
 from symmotion.report import Column, Run, Study, StudyOptions, StudyResult, Table
 
@@ -55,6 +55,8 @@ def run(options: StudyOptions) -> StudyResult:
             result = fair(start, target=TARGET, parts=parts, length=length)
             done[seed, parts] = result
             rows.append(_row(seed, parts, smooth, result, length))
+    options.progress("all methods")
+    ways = [by_method(seed) for seed in seeds[: None if options.full else 2]]
     smooth, net, length = net_in_space(0)
     result = done[0, "dual"]
     best = done[0, "real+translation"]
@@ -71,6 +73,7 @@ def run(options: StudyOptions) -> StudyResult:
     tables = (
         _table(rows),
         counts_table(tuple(counts), PCG_STEPS),
+        methods_table(ways),
         Table(
             "origin",
             (Column("distance of the origin"), Column("G of the dual part"), Column("G of the translation")),
@@ -139,6 +142,43 @@ def run(options: StudyOptions) -> StudyResult:
     )
     runs = _programs(net, result, length)
     return StudyResult(tables, figures, runs, conclusion, (note,), (moving,), answer)
+
+
+def by_method(seed: int) -> dict[str, tuple[float, ...]]:
+    """Real part and translation faired together by every method: G, RMS displacement, errors in degrees and lengths.
+
+    Local steps and least squares to PCG's G; with bounds no further at any control than greedy steps or least squares.
+    """
+    smooth, net, length = net_in_space(seed)
+
+    def faired(method: Method, target: float | None = None, bound: float | None = None):
+        return fair(net, method, parts="real+translation", length=length, target=target, tolerance=bound)
+
+    found = {method: faired(method, target=TARGET) for method in METHODS if method != "bounded"}
+    most = {f"bounded as {name}": float(found[name].displacement.max()) for name in ("greedy", "least-squares")}
+    found |= {name: faired("bounded", bound=bound) for name, bound in most.items()}
+    return {
+        name: (r.final, rms(r.displacement), rms(turn_error(r.motion, smooth)), rms(_place_error(r.motion, smooth)))
+        for name, r in found.items()
+    }
+
+
+def methods_table(ways: list[dict[str, tuple[float, ...]]]) -> Table:
+    """Medians over nets."""
+    columns = (
+        Column("method"),
+        Column("nets"),
+        Column("G, median"),
+        Column("displacement, RMS"),
+        Column("rotation error, RMS", "°"),
+        Column("translation error, RMS", "length"),
+    )
+    rows = tuple((name, len(ways), *np.median([w[name] for w in ways], axis=0).tolist()) for name in ways[0])
+    caption = (
+        f"Real part and translation together; local steps and least squares until G ≤ {TARGET}, bounded: no control "
+        "moves further than the furthest of that method."
+    )
+    return Table("every method", columns, rows, caption)
 
 
 def _place_error(motion: TwoParameterMotion, smooth: TwoParameterMotion) -> np.ndarray:

@@ -10,7 +10,7 @@ from matplotlib.cbook import get_sample_data
 import symmotion as sm
 from studies.fairing.fairing_nets import AFTER, BEFORE, BESIDE, fairness_figure, rms
 from symmotion.bodies import Body, grid_mesh
-from symmotion.fairing import FairingResult, fair, fairing_program
+from symmotion.fairing import FairingResult, Method, fair, fairing_program
 from symmotion.motions import CurveMotion, DualQuaternions, TwoParameterMotion
 from symmotion.report import Column, Figure, Run, Study, StudyOptions, StudyResult, Table, player, to_figure
 from symmotion.splines import BSplineBasis, Spline
@@ -20,6 +20,7 @@ METRES_PER_DEGREE = 111_200.0
 SCALE, EXAGGERATION = 1e-5, 5.0  # of the milled model, and of its heights
 ROWS, COLUMNS = 18, 22
 TOOL = np.array([0.0, 0.0, 0.0])
+LOCAL: tuple[Method, ...] = ("greedy", "orthogonal")
 
 
 def run(options: StudyOptions) -> StudyResult:
@@ -30,7 +31,8 @@ def run(options: StudyOptions) -> StudyResult:
     options.progress("fairing")
     start = fairer(max_steps=0).initial
     results: dict[str, FairingResult] = {
-        "greedy, displacement ≤ 0.1": fairer("greedy", tolerance=0.1, max_steps=2000),
+        **{f"{method}, displacement ≤ 0.1": fairer(method, tolerance=0.1, max_steps=2000) for method in LOCAL},
+        "bounded, displacement ≤ 0.1": fairer("bounded", tolerance=0.1),
         "least squares, G / 10": fairer("least-squares", target=start / 10),
         "least squares, G / 100": fairer("least-squares", target=start / 100),
     }
@@ -39,7 +41,10 @@ def run(options: StudyOptions) -> StudyResult:
     rows: list[tuple] = [("control frames as they are", start, None, None, None, *effort(tool.along(curve), t))]
     for name, r in results.items():
         rows.append((name, r.final, *distances(tool, r.motion), r.seconds, *effort(r.motion.along(curve), t)))
-    best, bounded = results["least squares, G / 100"], results["greedy, displacement ≤ 0.1"]
+    best, local, bounded = (
+        results[name]
+        for name in ("least squares, G / 100", "greedy, displacement ≤ 0.1", "bounded, displacement ≤ 0.1")
+    )
     options.progress("programs")
     program = fairing_program(tool, weight=best.weight or 1.0, parts="real+translation", length=spacing)
     runs = (Run.of("least squares, G / 100", sm.ExactNewton().solve(program)),)
@@ -64,8 +69,8 @@ def run(options: StudyOptions) -> StudyResult:
         f"{after[5]:.3g} °/s² and its vertical acceleration from {before[7]:.3g} to {after[7]:.3g} mm/s², for control "
         f"frames moved by {after[2]:.3g} mm and turned by {after[3]:.3g}° (RMS). The one-parameter pass inherits it "
         "from the two-parameter motion, and so does any other over it.\n\n"
-        f"Local steps that keep every control within 0.1 spacings end at G = {bounded.final:.3g} from {start:.3g}; "
-        f"{bounded.discarded} were discarded and {bounded.steps} taken."
+        f"Within 0.1 spacings at every control greedy steps end at G = {local.final:.3g} from {start:.3g}, the minimum "
+        f"there is {bounded.final:.3g}; {local.discarded} steps were discarded and {local.steps} taken."
     )
     motions = (tool, best.motion)
     passes = {"before": tool.along(curve), "after, G / 100": best.motion.along(curve)}

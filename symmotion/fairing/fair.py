@@ -16,6 +16,7 @@ from symmotion.fairing.greedy import Limits
 from symmotion.fairing.in_turn import both_parts, in_turn
 from symmotion.fairing.jumps import Jumps
 from symmotion.fairing.keyframes import Asked, held, weights_of
+from symmotion.fairing.least_squares import LIGHT
 from symmotion.fairing.methods import Found, Task, by_bounds, by_least_squares, by_program, by_steps
 from symmotion.fairing.metrics import Metric
 from symmotion.fairing.noise import noise_metric
@@ -63,7 +64,8 @@ def fair(
       the iteration goes on, grows again for good: the best net seen is kept.
     - "orthogonal": the same with all 21 controls that the jumps read, but for the outermost.
     - "least-squares": min ΣL + w Σ|d − d⁰|², one linear system.
-    - "bounded": min ΣL subject to |d − d⁰| ≤ δ at every control, by the interior point of ExactNewton.
+    - "bounded": min ΣL subject to |d − d⁰| ≤ δ at every control, by the interior point of ExactNewton; of nets that are
+      equally fair the nearest, by a weight w of 1e-10 of that at which displacements count as jumps do.
 
     motion: a two-parameter motion, cubic in both directions, or a cubic one-parameter one, with
         simple interior knots and neighbouring control quaternions in one hemisphere; or a quaternion
@@ -133,7 +135,8 @@ def fair(
             "weights": weights, "metric": metric,
         }  # fmt: skip
         if chosen == "bounded" and allowed is not None:
-            program = fairing_program(motion, tolerance=tolerance, **given)
+            nearest = LIGHT * task.problem.scale
+            program = fairing_program(motion, tolerance=tolerance, weight=nearest, **given)
             return by_bounds(task, ExactNewton(), program, allowed)
         found = by_least_squares(task, goal, weight, size)
         program = fairing_program(motion, weight=found.weight or 1.0, **given)

@@ -18,7 +18,7 @@ from symmotion.fairing.metrics import Metric
 if TYPE_CHECKING:
     from scipy.sparse.linalg import SuperLU
 
-# Weights tried by `for_target` and `for_displacement`, relative to the largest diagonal entry of the system.
+# Weights tried by `for_target` and `for_displacement`, relative to `LeastSquares.scale`.
 LIGHTEST, HEAVIEST = 1e-14, 1e2
 # The lightest that leaves the part of the net without jumps some digits, where there is nothing lighter to be had.
 LIGHT = 1e-10
@@ -94,6 +94,12 @@ class LeastSquares:
             )
         )
         return sparse.csc_array(sparse.kron(pu, mv) + sparse.kron(mu, pv))
+
+    @cached_property
+    def scale(self) -> float:
+        """The weight at which displacements count as much as jumps, by the largest diagonal entries of the two."""
+        jumps, system = float(self.gram.diagonal().max(initial=0.0)), self._system
+        return (jumps or 1.0) / float(system.weigh.diagonal().max(initial=0.0) * system.values.max() or 1.0)
 
     @cached_property
     def slope(self) -> np.ndarray:
@@ -265,7 +271,7 @@ class LeastSquares:
         """
         from scipy.optimize import brentq  # here: see Spline
 
-        scale = float(np.abs(self.gram.diagonal()).max())
+        scale = self.scale
         tried: dict[float, tuple[Faired, float]] = {}
 
         def at(exponent: float) -> float:

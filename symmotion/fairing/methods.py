@@ -13,19 +13,23 @@ from symmotion.fairing.greedy import GreedyRun, Limits, iterate
 from symmotion.fairing.held_steps import HeldSteps
 from symmotion.fairing.jumps import Jumps, StepTables
 from symmotion.fairing.keyframes import Held
+from symmotion.fairing.least_squares import LIGHT as NEAREST
 from symmotion.fairing.least_squares import Faired, LeastSquares
 from symmotion.fairing.metrics import Metric
+from symmotion.fairing.pressing import Pressed, pressed
 from symmotion.fairing.programs import FairingDesign
 from symmotion.fairing.reference import iterate_programs
 from symmotion.fairing.result import FairingStatus
 from symmotion.jets.space import UNKNOWN
 from symmotion.program import Program
-from symmotion.solvers import Solver, Status
+from symmotion.solvers import Guess, Solver, Status
 from symmotion.systems import Certificate
 
-# The weight of the least squares that bounded fairing starts from, relative to the largest diagonal entry of their
-# system, and how far within its bound a control is at first.
+# The weight of the least squares that bounded fairing starts from, relative to `LeastSquares.scale`, and how far within
+# its bound a control is at first.
 LIGHT, HALFWAY = 0.01, 0.5
+# Of a tolerance.
+ROUNDING = 1e-9
 
 STATUSES = {
     "target": FairingStatus.TARGET,
@@ -56,6 +60,11 @@ class Task:
     def problem(self) -> LeastSquares:
         return LeastSquares(self.jumps, self.net, self.freedom, self.keyframes, self.metric)
 
+    def far(self, net: np.ndarray) -> np.ndarray:
+        """(n, m) how far the controls of a net are from those given, in the metric."""
+        move = net - self.net
+        return np.sqrt(np.maximum(np.sum(move * self.metric.times(move), axis=-1), 0.0))
+
     def prices(self, active: Sequence[int], multipliers: np.ndarray) -> dict[str, np.ndarray]:
         """The multipliers (E,) of the active keyframes' equations as forms on their displacements."""
         if not self.keyframes:
@@ -83,6 +92,14 @@ class Found:
     message: str = ""
 
 
+def _require_within(far: np.ndarray, tolerance: np.ndarray) -> None:
+    """InputError that names a control that conditions alone move by more (n, m) than it may."""
+    beyond = far > tolerance * (1 + ROUNDING)
+    if beyond.any():
+        where = tuple(np.argwhere(beyond)[0].tolist())
+        raise InputError(f"tolerance: keyframes and borders alone move control {where} further, by {far[where]:.3g}")
+
+
 def by_steps(task: Task, method: str, limits: Limits, form: str) -> Found:
     """Local steps from the net at which keyframes and borders hold, which they keep."""
     problem = task.problem
@@ -91,10 +108,7 @@ def by_steps(task: Task, method: str, limits: Limits, form: str) -> Found:
     bound = bool(problem.active) or bool(task.freedom.edges)
     first = problem.met() if bound else Faired(task.net, 1.0, np.zeros(0))
     if limits.tolerance is not None and bound:
-        gone = np.linalg.norm(first.net - task.net, axis=-1) - limits.tolerance
-        if (gone > 0).any():
-            where = tuple(np.argwhere(gone > 0)[0].tolist())
-            raise InputError(f"tolerance: keyframes and borders alone move control {where} further")
+        _require_within(np.linalg.norm(first.net - task.net, axis=-1), limits.tolerance)
     tables = StepTables(jumps, step)
     active = [task.keyframes[i] for i in problem.active]
     held = HeldSteps.of(tables, task.net.shape, active, tuple(task.freedom.edges.items()), task.metric)
@@ -152,18 +166,31 @@ def by_least_squares(task: Task, target: float | None, weight: float | None, noi
 
 
 def by_bounds(task: Task, solver: Solver, program: Program[FairingDesign], tolerance: np.ndarray) -> Found:
-    """The net within the tolerances (n, m), from the least squares drawn inside them, else from the net given.
+    """The net within the tolerances (n, m), from where bounds press, else the least squares drawn inside, else the net.
 
     At the net given, the centre of all bounds, their slopes vanish: what a barrier is told there is little.
     """
-    problem = task.problem
-    near = problem.solve(LIGHT * float(problem.gram.diagonal().max())).net
-    move = near - task.net
-    far = np.sqrt(np.maximum(np.sum(move * task.metric.times(move), axis=-1), 0.0))
-    move *= np.minimum(1.0, HALFWAY * tolerance / np.maximum(far, 1e-300))[..., None]
-    start = program.pack({UNKNOWN: (task.net + move - program.design.shift).reshape(-1, task.net.shape[-1])})
+    problem, design = task.problem, program.design
+    _require_within(np.where(task.freedom.free, 0.0, task.far(problem.start)), tolerance)
+    alone = problem.solve(NEAREST * problem.scale).net
+    inside = bool((task.far(alone) <= tolerance).all())
+    guess = Pressed(alone, np.zeros_like(tolerance)) if inside else pressed(problem, tolerance)
+    if guess is not None:
+        bounds = program.split(np.arange(program.conditions))["bounds"].ravel().astype(int)
+        multipliers = np.zeros(program.conditions)
+        multipliers[bounds] = guess.multipliers[task.freedom.free]
+        start = Guess(program.pack({UNKNOWN: _rows(guess.net - design.shift)}), multipliers)
+    else:
+        near = problem.solve(LIGHT * problem.scale).net
+        move = near - task.net
+        move *= np.minimum(1.0, HALFWAY * tolerance / np.maximum(task.far(near), 1e-300))[..., None]
+        start = program.pack({UNKNOWN: _rows(task.net + move - design.shift)})
     found = by_program(task, solver, program, start=start)
     return found if found.status == FairingStatus.SOLVED else by_program(task, solver, program)
+
+
+def _rows(net: np.ndarray) -> np.ndarray:
+    return net.reshape(-1, net.shape[-1])
 
 
 def by_program(
@@ -172,7 +199,7 @@ def by_program(
     program: Program[FairingDesign],
     enough: float = 0.0,
     weight: float | None = None,
-    start: np.ndarray | None = None,
+    start: np.ndarray | Guess | None = None,
 ) -> Found:
     """The net that a solver finds; enough: the tolerance to which the certificate is to hold where the solver fails."""
     solution = solver.solve(program, start)

@@ -15,7 +15,7 @@ from symmotion.fairing.keyframes import Asked, held
 from symmotion.fairing.least_squares import LeastSquares
 from symmotion.fairing.metrics import Metric
 
-# Weights of a path, relative to the largest diagonal entry of the system; points of the curve that are looked at.
+# Weights of a path, relative to `LeastSquares.scale`; points of the curve that are looked at.
 LIGHTEST, HEAVIEST, FINE = 1e-11, 1e1, 2001
 # Slope of log D by log w below which there is nothing to weigh any more.
 STILL = 1e-2
@@ -115,8 +115,7 @@ def fairing_path(
     form = Metric.of(net.shape, control_weights, metric)
     problem = LeastSquares(jumps, net, freedom, held(coordinates, keyframes), form)
     if weights is None:
-        scale = float(problem.gram.diagonal().max())
-        given = scale * np.geomspace(LIGHTEST, HEAVIEST, checks.whole(count, 3, "count"))
+        given = problem.scale * np.geomspace(LIGHTEST, HEAVIEST, checks.whole(count, 3, "count"))
     else:
         given = checks.times(weights, "weights", least=3)
         checks.positive(float(given[0]), "weights")

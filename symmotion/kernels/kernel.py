@@ -57,6 +57,11 @@ class Kernel:
         return bool(ca.is_linear(self.out, self.z))
 
     @cached_property
+    def constant(self) -> bool:
+        """Whether the Hessian of a term is the same for all z: of the squares of what is affine."""
+        return self.squares and self.linear
+
+    @cached_property
     def bilinear(self) -> bool:
         """Whether the slopes of `out` by z depend on the data."""
         slopes = ca.vec(ca.jacobian(self.out, self.z))

@@ -13,7 +13,7 @@ from symmotion.solvers.options import require_limits
 from symmotion.solvers.plain import PlainIpopt
 from symmotion.solvers.sensitivity import Sensitivity
 from symmotion.solvers.solution import Course, Iteration, Round, Seconds, Solution, Status
-from symmotion.solvers.solver import Solver, conclude, require_equalities, start_multipliers, start_vector
+from symmotion.solvers.solver import Guess, Solver, conclude, require_equalities, start_multipliers, start_vector
 
 __all__ = [
     "Callback",
@@ -22,6 +22,7 @@ __all__ = [
     "Elimination",
     "ExactNewton",
     "Failure",
+    "Guess",
     "Ipopt",
     "Iteration",
     "Journal",

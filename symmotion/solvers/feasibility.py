@@ -111,10 +111,13 @@ def _factor(
 
 def _conflict(frame: Frame, x: np.ndarray, outside: np.ndarray, equalities: np.ndarray) -> tuple[str, ...]:
     """Names of the bounds that are broken and of the equalities that keep them so."""
+    outside_alone = frame.bounded.joined(np.zeros_like(equalities), outside)
     forces = frame.bounded.joined(equalities * reach(frame.evaluator.jacobian(x), frame.unit), outside)
     most = {name: largest(part) for name, part in frame.bounded.program.split(forces).items()}
-    heaviest = max(most.values())
-    return tuple(name for name, m in most.items() if m > SHARE * heaviest)
+    # Bounds that are broken are part of it, however lightly they weigh beside the equalities.
+    broken = {name: largest(part) for name, part in frame.bounded.program.split(outside_alone).items()}
+    worst, heaviest = max(broken.values()), max(most.values())
+    return tuple(name for name, m in most.items() if m > SHARE * heaviest or broken[name] > SHARE * worst)
 
 
 def _convex(frame: Frame, x: np.ndarray, outside: np.ndarray) -> bool:

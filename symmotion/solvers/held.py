@@ -9,8 +9,9 @@ from symmotion.solvers.frame import Frame
 from symmotion.solvers.solution import Iteration
 from symmotion.systems import largest
 
-# Steps that are tried: as long as they converge two or three serve.
-MOST = 8
+# Steps that are tried: as long as they converge two or three serve. Where fewer and fewer bounds change, or none, there
+# may be more.
+MOST, LIMIT = 8, 16
 # The weight of held bounds beside the Hessian, in own units, and the iterations of their multipliers on one factor,
 # each of which divides what is missed by about that weight.
 STIFF, REFINED = 1e4, 6
@@ -46,7 +47,8 @@ def held_newton(frame: Frame, enough: Enough, start: Held, most: float) -> Held 
     evaluator, values = frame.evaluator, frame.values(start.x)
     rows: list[Iteration] = []
     found: Held | None = None
-    for k in range(MOST):
+    fewest = len(low)
+    for k in range(LIMIT):
         system, held = frame.system(x), low | high
         off = np.where(low, values - frame.lower, np.where(high, values - frame.upper, 0.0))
         gradient, matrix = frame.second_order(system, x, y)
@@ -93,7 +95,10 @@ def held_newton(frame: Frame, enough: Enough, start: Held, most: float) -> Held 
                 return found
         elif found is not None:
             return found
-        low, high = fresh_low, fresh_high
+        changes = int(np.count_nonzero(fresh_low != low) + np.count_nonzero(fresh_high != high))
+        if k + 1 >= MOST and changes and changes >= fewest:
+            break
+        low, high, fewest = fresh_low, fresh_high, min(fewest, changes)
         multipliers = np.where(low | high, multipliers, 0.0)
     return found
 

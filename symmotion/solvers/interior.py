@@ -284,8 +284,7 @@ class Interior:
         primal, dual = self._longest(step, BOUNDARY)
         missed = self._missed(slacks)
         slope = float(point.gradient @ step.x) + mu * float((step.s / slacks.below - step.s / slacks.above).sum())
-        if missed > 0.0:
-            self._penalty = self._weighed(slope, missed, step)
+        self._penalty = self._weighed(slope, missed, step)
         merit = self._objective + mu * slacks.barrier + self._penalty * missed
         slope = min(slope - self._penalty * missed, 0.0)
         x, found, length = self._searched(step, factor, primal, merit, slope)
@@ -303,7 +302,8 @@ class Interior:
         most = largest(slacks.multipliers + step.up - step.down)
         if step.equalities is not None:
             most = max(most, largest(step.equalities))
-        needed = slope / ((1 - ACCOUNTED) * missed)
+        # Where nothing is missed a weight from before would keep steps along curved bounds short.
+        needed = slope / ((1 - ACCOUNTED) * missed) if missed > 0.0 else 0.0
         # Along linear equalities the multipliers suffice, and a slope that is rounding asks for too much.
         needed = needed if self.frame.curved else min(needed, 2 * most)
         return max(1.1 * needed, 0.5 * (self._penalty + most))
@@ -314,23 +314,35 @@ class Interior:
         """The point accepted along a step, its slacks, and the length of the step."""
         rounding, slacks, longest = 1e-13 * (abs(merit) + 1e-300), self._slacks, length
         while True:
-            x, moved = self.x + length * step.x, slacks.moved(length * step.s)
-            if self._merit(x, moved) <= merit + 1e-4 * length * slope + rounding or length < SHORTEST:
+            x = self.x + length * step.x
+            value, moved = self._merit(x, slacks.moved(length * step.s))
+            if value <= merit + 1e-4 * length * slope + rounding or length < SHORTEST:
                 return x, moved, length
             if length == longest and np.isfinite(self._objective):
                 # What the conditions' curvature adds, through the same factor.
                 off = moved.missed(self._values, *self._bounds)
                 residual = self.frame.pull(self.x, slacks.stiffness * off)
                 more, _ = self.frame.step(self.system, factor, residual, self._violation)
-                inside = moved.moved(self.frame.along(self.x, more) + off)
-                if self._merit(x + more, inside) <= merit + 1e-4 * length * slope + rounding:
+                value, inside = self._merit(x + more, moved.moved(self.frame.along(self.x, more) + off))
+                if value <= merit + 1e-4 * length * slope + rounding:
                     return x + more, inside, length
             length *= 0.5
 
-    def _merit(self, x: np.ndarray, slacks: Slacks) -> float:
-        """The merit at a point, whose objective and conditions are kept."""
+    def _merit(self, x: np.ndarray, slacks: Slacks) -> tuple[float, Slacks]:
+        """The merit at a point, whose objective and conditions are kept, with these slacks or those of its values.
+
+        Steps along which bounds are curved and do not press would be short otherwise, by what the merit thinks of
+        slacks beside values that are inside all the same.
+        """
         self._objective, self._violation = self.evaluator.objective(x), self.evaluator.violation(x)
         self._values = self.frame.values(x)
+        off = slacks.missed(self._values, *self._bounds)
+        followed = slacks.moved(np.clip(off, -BOUNDARY * slacks.above, BOUNDARY * slacks.below))
+        found = [(self._of(s), s) for s in (slacks, followed)]
+        return min(found, key=lambda pair: pair[0])
+
+    def _of(self, slacks: Slacks) -> float:
+        """The merit of slacks, where it stands."""
         value = self._objective + self._mu * slacks.barrier + self._penalty * self._missed(slacks)
         return value if np.isfinite(value) else inf
 

@@ -1,12 +1,14 @@
 """What a solver is, and what every solver begins and ends with."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import wraps
 from typing import ParamSpec, Protocol, TypeVar, cast
 
 import numpy as np
 
 from symmotion import interrupts
+from symmotion.brief import in_a_line
 from symmotion.checks import array
 from symmotion.errors import InputError
 from symmotion.forking import LIBRARIES
@@ -81,8 +83,24 @@ def require_solver(value: object, *names: str) -> Solver:
     return cast(Solver, value)
 
 
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A start with multipliers: x (unknowns,) and λ (conditions,), those of bounds zero where none presses.
+
+    >>> program = sm.affine_program(sm.examples.planar_keyframes())
+    >>> guess = sm.solvers.Guess(program.x0, np.zeros(program.conditions))
+    >>> sm.ExactNewton().solve(program, guess).certified
+    True
+    """
+
+    x: np.ndarray
+    multipliers: np.ndarray
+
+    __repr__ = in_a_line
+
+
 def start_vector(program: Program, start: object) -> np.ndarray:
-    """(unknowns,) a start as x: None for the program's own, a Solution, a motion, or (unknowns,) numbers.
+    """(unknowns,) a start as x: None for the program's own, a Solution, a Guess, a motion, or (unknowns,) numbers.
 
     Raises InputError for a start of another length or kind, or that is not finite.
 
@@ -98,13 +116,17 @@ def start_vector(program: Program, start: object) -> np.ndarray:
             # Keyframes that moved carry the start value along; the solution follows it.
             return start.x + (program.x0 - start.program.x0)
         start = start.motion
+    if isinstance(start, Guess):
+        start = start.x
     if isinstance(start, np.ndarray | Sequence):
         return array(start, (program.unknowns,), "start")
     return program.pack(program.design.unknowns(start))
 
 
 def start_multipliers(program: Program, start: object) -> np.ndarray | None:
-    """(conditions,) the multipliers that a start brings along: a solution of a program of the same structure.
+    """(conditions,) the multipliers that a start brings along: a guess, a solution of a program of the same structure.
+
+    Raises InputError for a guess of another program.
 
     >>> solution = sm.ExactNewton().solve(sm.affine_program(sm.examples.planar_keyframes()))
     >>> sm.solvers.start_multipliers(solution.program, solution).shape
@@ -112,6 +134,8 @@ def start_multipliers(program: Program, start: object) -> np.ndarray | None:
     """
     if isinstance(start, Solution) and start.program.structure is program.structure:
         return start.multiplier_vector
+    if isinstance(start, Guess):
+        return array(start.multipliers, (program.conditions,), "multipliers of the start")
     return None
 
 

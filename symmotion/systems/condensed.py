@@ -5,16 +5,19 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg as la
 from scipy import sparse
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from symmotion import interrupts
 from symmotion.program.evaluate import Pattern
-from symmotion.program.local import Targets
+from symmotion.program.local import LocalTables, Targets
 from symmotion.program.program import Program
 from symmotion.systems.curvature import Curvature, banded_curvature
 
 LANCZOS = 100  # restarts in the search for negative curvature; directions that matter show long before
 SMALL = 40  # conditions up to which a dense null-space basis is taken where they do not decouple
+# How far apart free controls that are read together may lie before another order is tried, which is to halve that.
+FAR, NEARER = 16, 0.5
 
 
 def shared_conditions(program: Program) -> sparse.csr_array | None:
@@ -62,7 +65,6 @@ class Condensed:
         (controls,) = program.start.values()
         n, self.channels = controls.shape
         free = np.setdiff1d(np.arange(n), pivots)
-        self.free = free
         if decoupled:
             diagonal = np.asarray(conditions[np.arange(len(pivots)), pivots]).ravel() if len(pivots) else np.empty(0)
             self._solve = lambda k: k / diagonal[:, None]
@@ -73,12 +75,16 @@ class Condensed:
             self._solve = lambda k: la.lu_solve(factor, k)
             self._solve_transposed = lambda k: la.lu_solve(factor, k, trans=1)
             dependents = sparse.csr_array(-la.lu_solve(factor, conditions[:, free].toarray()))
-        order = np.argsort(np.concatenate([free, pivots]))
         basis = sparse.vstack([sparse.eye_array(len(free), format="csr"), dependents], format="csr")
-        self.basis = sparse.csr_array(basis[order])
+        self.free, self.basis = free, sparse.csr_array(basis[np.argsort(np.concatenate([free, pivots]))])
+        tables = self._tables()
+        nearer = _nearer(tables, len(free))
+        if nearer is not None:
+            self.free, self.basis = free[nearer], sparse.csr_array(self.basis[:, nearer])
+            tables = self._tables()
         self._basis_transposed = sparse.csr_array(self.basis.T)
         self.size = len(free) * self.channels
-        self._pattern()
+        self._pattern(tables)
 
     def __repr__(self) -> str:
         return f"Condensed({self.size} of {self.program.unknowns} unknowns)"
@@ -90,10 +96,11 @@ class Condensed:
             program.structure["condensed"] = _condense(program)
         return program.structure["condensed"]
 
-    def _pattern(self) -> None:
-        tables = [b.tables(sparse.csr_array(b.operator @ self.basis)) for b in self.program.terms]
-        reach = max((int((t.blocks[1] - t.blocks[0]).max()) for t in tables if t.blocks.size), default=0)
-        self.band = (reach + 1) * self.channels - 1
+    def _tables(self) -> list[LocalTables]:
+        return [b.tables(sparse.csr_array(b.operator @ self.basis)) for b in self.program.terms]
+
+    def _pattern(self, tables: list[LocalTables]) -> None:
+        self.band = (_reach(tables) + 1) * self.channels - 1
         size = self.size * (self.band + 1)
         targets = []
         for b, t in zip(self.program.terms, tables, strict=True):
@@ -196,6 +203,26 @@ def lowest_curvature(matrix: sparse.csr_array | LinearOperator, scale: float) ->
         except ArpackNoConvergence:
             return None
     return vectors[:, 0] if values[0] < -1e-10 * scale else None
+
+
+def _reach(tables: list[LocalTables]) -> int:
+    """How far free controls that are read together lie apart, at most."""
+    return max((int((t.blocks[1] - t.blocks[0]).max()) for t in tables if t.blocks.size), default=0)
+
+
+def _nearer(tables: list[LocalTables], count: int) -> np.ndarray | None:
+    """(count,) an order of the free controls in which those that are read together lie clearly nearer; else None.
+
+    Of nets it is that along their longer side.
+    """
+    reach = _reach(tables)
+    if reach <= FAR:
+        return None
+    one, other = np.concatenate([t.blocks for t in tables], axis=1)
+    read = sparse.csr_array((np.ones(len(one)), (one, other)), shape=(count, count))
+    order = reverse_cuthill_mckee(sparse.csr_array(read + read.T), symmetric_mode=True)
+    place = np.argsort(order)
+    return order if int(np.abs(place[one] - place[other]).max()) <= NEARER * reach else None
 
 
 def _condense(program: Program) -> Condensed | None:

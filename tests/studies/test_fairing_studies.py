@@ -72,6 +72,9 @@ def test_spatial_measures_depend_on_the_origin_as_found():
     assert all(r["G before"] == pytest.approx(10.195, rel=1e-9) for r in dual)
     assert all(r["G after"] < 0.01 for r in dual)
     assert all(r.certified for r in result.runs)
+    ways = {r["method"]: r for r in table(result, "every method")}
+    assert ways["least-squares"]["displacement, RMS"] <= min(r["displacement, RMS"] for r in ways.values())
+    assert ways["bounded as greedy"]["G, median"] < 1e-3 * ways["greedy"]["G, median"]
 
 
 def test_steps_over_seeds_are_told_as_distributions():
@@ -167,6 +170,8 @@ def test_tool_path_is_smoother(monkeypatch):
     assert after["G"] == pytest.approx(before["G"] / 100, rel=0.02)
     for quantity in ("turning acceleration, RMS", "vertical acceleration, RMS"):
         assert after[quantity] < 0.8 * before[quantity]
+    within = {r["tool motion"].split(",")[0]: r["G"] for r in table(result, "passes") if "≤" in r["tool motion"]}
+    assert within["bounded"] < 0.5 * min(within["greedy"], within["orthogonal"])
     assert all(r.certified for r in result.runs)
 
 
