@@ -51,7 +51,7 @@ def by_loop(programs: Iterable[sm.program.Program]) -> Iterator[sm.Solution]:
 
 
 def run(options: StudyOptions) -> StudyResult:
-    count = 10_000 if options.full else 100
+    count = 10_000 if options.full else 40
     ways, notes = _ways(count, options)
     options.progress("sizes")
     first = list(by_loop(moved_programs(SHOWN)))
