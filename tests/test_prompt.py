@@ -105,6 +105,7 @@ MADE: dict[str, Callable[[], object]] = {
     "Status": lambda: plain().status,
     "Sensitivity": lambda: plain().sensitivity(),
     "Journal": lambda: sm.solvers.Journal(10),
+    "Guess": lambda: sm.solvers.Guess(np.zeros(36), np.zeros(16)),
     "ExactNewton": sm.ExactNewton,
     "Ipopt": sm.Ipopt,
     "PlainIpopt": sm.solvers.PlainIpopt,

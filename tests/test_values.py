@@ -174,6 +174,7 @@ GIVEN: dict[str, tuple[list[np.ndarray], Any]] = {
     "TwoParameterMotion": ([], None),
     "RationalQuadratic": ([np.array([[0.0, 0], [1, 1], [2, 0]])], lambda c: sm.curves.RationalQuadratic(c, 0.5)),
     "PointPath": ([np.ones(3)], lambda p: sm.motions.PointPath(MOVES, p)),
+    "Guess": ([np.ones(3), np.zeros(2)], sm.solvers.Guess),
     "Mesh": ([np.eye(3), np.array([[0, 1, 2]])], sm.bodies.Mesh),
     "NetPlace": ([np.zeros(3), np.ones(3)], lambda p, x: sm.fairing.NetPlace((0.5, 0.5), p, x)),
 }

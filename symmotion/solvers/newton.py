@@ -267,7 +267,7 @@ class ExactNewton:
                 failure, _ = descend(course, self._theta(LEAST))
         if not journal.stopped and (failure is not None or not self._granted(evaluator, course)):
             # Bounds that only meet, such as those of complementary places, have no inside for a barrier.
-            wide = Interior(self.tolerance, frame, x, wider=min(WIDER, 0.1 * self.tolerance))
+            wide = Interior(self.tolerance, frame, x, wider=min(WIDER, 0.1 * self.tolerance), follows=True)
             if descend(wide, self._theta(LEAST))[0] is None and (failure or self._granted(evaluator, wide)):
                 course, failure = wide, None
         evaluator.seconds, evaluator.counts = bounded.seconds, bounded.counts

@@ -1,15 +1,13 @@
 """What a solver is, and what every solver begins and ends with."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import wraps
 from typing import ParamSpec, Protocol, TypeVar, cast
 
 import numpy as np
 
-from symmotion import interrupts
+from symmotion import checks, interrupts
 from symmotion.brief import in_a_line
-from symmotion.checks import array
 from symmotion.errors import InputError
 from symmotion.forking import LIBRARIES
 from symmotion.program import DesignT, Evaluator, Program
@@ -18,6 +16,7 @@ from symmotion.solvers.journal import Failure
 from symmotion.solvers.solution import Iteration, Seconds, Solution, Status
 from symmotion.systems import certify, conflict, conflicting
 from symmotion.systems.certificate import DIGITS
+from symmotion.values import read_only, value
 
 # Endings that may be those of conditions that cannot hold; others are the caller's wish.
 OF_ITSELF = (Status.FAILED, Status.STALLED, Status.DIVERGED, Status.ITERATION_LIMIT)
@@ -83,9 +82,11 @@ def require_solver(value: object, *names: str) -> Solver:
     return cast(Solver, value)
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Guess:
     """A start with multipliers: x (unknowns,) and λ (conditions,), those of bounds zero where none presses.
+
+    Raises InputError for what are no numbers; a solver does for other lengths.
 
     >>> program = sm.affine_program(sm.examples.planar_keyframes())
     >>> guess = sm.solvers.Guess(program.x0, np.zeros(program.conditions))
@@ -97,6 +98,11 @@ class Guess:
     multipliers: np.ndarray
 
     __repr__ = in_a_line
+
+    def __post_init__(self):
+        for name in ("x", "multipliers"):
+            given = checks.numbers(getattr(self, name), f"{name} of a guess").copy()
+            object.__setattr__(self, name, read_only(given))
 
 
 def start_vector(program: Program, start: object) -> np.ndarray:
@@ -119,7 +125,7 @@ def start_vector(program: Program, start: object) -> np.ndarray:
     if isinstance(start, Guess):
         start = start.x
     if isinstance(start, np.ndarray | Sequence):
-        return array(start, (program.unknowns,), "start")
+        return checks.array(start, (program.unknowns,), "start")
     return program.pack(program.design.unknowns(start))
 
 
@@ -135,7 +141,7 @@ def start_multipliers(program: Program, start: object) -> np.ndarray | None:
     if isinstance(start, Solution) and start.program.structure is program.structure:
         return start.multiplier_vector
     if isinstance(start, Guess):
-        return array(start.multipliers, (program.conditions,), "multipliers of the start")
+        return checks.array(start.multipliers, (program.conditions,), "multipliers of the start")
     return None
 
 
