@@ -16,7 +16,6 @@ from symmotion.fairing.greedy import Limits
 from symmotion.fairing.in_turn import both_parts, in_turn
 from symmotion.fairing.jumps import Jumps
 from symmotion.fairing.keyframes import Asked, held, weights_of
-from symmotion.fairing.least_squares import LIGHT
 from symmotion.fairing.methods import Found, Task, by_bounds, by_least_squares, by_program, by_steps
 from symmotion.fairing.metrics import Metric
 from symmotion.fairing.noise import noise_metric
@@ -135,8 +134,7 @@ def fair(
             "weights": weights, "metric": metric,
         }  # fmt: skip
         if chosen == "bounded" and allowed is not None:
-            nearest = LIGHT * task.problem.scale
-            program = fairing_program(motion, tolerance=tolerance, weight=nearest, **given)
+            program = fairing_program(motion, tolerance=tolerance, weight=task.problem.nearest, **given)
             return by_bounds(task, ExactNewton(), program, allowed)
         found = by_least_squares(task, goal, weight, size)
         program = fairing_program(motion, weight=found.weight or 1.0, **given)

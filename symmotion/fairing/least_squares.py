@@ -101,6 +101,11 @@ class LeastSquares:
         jumps, system = float(self.gram.diagonal().max(initial=0.0)), self._system
         return (jumps or 1.0) / float(system.weigh.diagonal().max(initial=0.0) * system.values.max() or 1.0)
 
+    @property
+    def nearest(self) -> float:
+        """The weight by which of nets that are equally fair the nearest is taken."""
+        return LIGHT * self.scale
+
     @cached_property
     def slope(self) -> np.ndarray:
         """(N, C) DᵀΔ⁰, half the gradient of G at the start."""

@@ -13,7 +13,6 @@ from symmotion.fairing.greedy import GreedyRun, Limits, iterate
 from symmotion.fairing.held_steps import HeldSteps
 from symmotion.fairing.jumps import Jumps, StepTables
 from symmotion.fairing.keyframes import Held
-from symmotion.fairing.least_squares import LIGHT as NEAREST
 from symmotion.fairing.least_squares import Faired, LeastSquares
 from symmotion.fairing.metrics import Metric
 from symmotion.fairing.pressing import Pressed, pressed
@@ -172,7 +171,7 @@ def by_bounds(task: Task, solver: Solver, program: Program[FairingDesign], toler
     """
     problem, design = task.problem, program.design
     _require_within(np.where(task.freedom.free, 0.0, task.far(problem.start)), tolerance)
-    alone = problem.solve(NEAREST * problem.scale).net
+    alone = problem.solve(problem.nearest).net
     inside = bool((task.far(alone) <= tolerance).all())
     guess = Pressed(alone, np.zeros_like(tolerance)) if inside else pressed(problem, tolerance)
     if guess is not None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import lapack
 
-from symmotion.fairing.least_squares import LIGHT, LeastSquares
+from symmotion.fairing.least_squares import LeastSquares
 
 # The share of controls that are to be inside at first, how far, and by halving what powers of ten of weights.
 MOST, INSIDE, POWERS, HALVINGS = 0.9, 0.95, (-6.0, 2.0), 6
@@ -46,7 +46,7 @@ def pressed(problem: LeastSquares, tolerance: np.ndarray) -> Pressed | None:
     limit, slope = limit[order], problem.slope[order]
     scale = problem.scale
     bands = _bands(problem, order)
-    bands[0] += LIGHT * scale
+    bands[0] += problem.nearest
 
     def at(weights: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
         stiff = bands.copy(order="F")

@@ -41,6 +41,7 @@ class Bounded:
         self.framed = replace(program, terms=terms, constraints=equal, structure=made[2])
         self.evaluator = Evaluator(self.equal, kernels, threads)
         self.sides = Evaluator(self.bounds, kernels, threads)
+        self._parted: tuple[Pattern, tuple[Pattern, Pattern]] | None = None
 
     def __repr__(self) -> str:
         return f"Bounded({self.equal.conditions} equalities, {self.bounds.conditions} bounds)"
@@ -87,14 +88,17 @@ class Bounded:
         return self.sides.stiffen(matrix, x, self._parts(pattern)[1], multipliers, stiffness, theta)
 
     def _parts(self, pattern: Pattern) -> tuple[Pattern, Pattern]:
-        """The pattern of the terms and the equalities, and that of the bounds."""
+        """The pattern of the terms and the equalities, and that of the bounds; the same ones for the same pattern."""
+        if self._parted is not None and self._parted[0] is pattern:
+            return self._parted[1]
         a, b = len(self.equal.terms), len(self.framed.terms)
 
         def taken(part: slice, more: slice) -> Pattern:
             tables = pattern.tables[part] + pattern.tables[more]
             return Pattern(tables, pattern.targets[part] + pattern.targets[more], pattern.size)
 
-        return taken(slice(0, a), slice(b, None)), taken(slice(a, b), slice(0, 0))
+        self._parted = pattern, (taken(slice(0, a), slice(b, None)), taken(slice(a, b), slice(0, 0)))
+        return self._parted[1]
 
     def joined(self, equalities: np.ndarray, bounds: np.ndarray) -> np.ndarray:
         """(conditions,) the program's multipliers, from those of its equalities and of its bounds."""

@@ -72,7 +72,7 @@ class Evaluator:
     @cached_property
     def quadratic(self) -> bool:
         """Whether the Hessian is the same everywhere: squares of what is linear, under linear constraints."""
-        return self.program.linear and all(b.kernel.squares and b.kernel.linear for b in self.program.terms)
+        return self.program.linear and all(b.kernel.constant for b in self.program.terms)
 
     def prepare(self, *kinds: str) -> None:
         """Derive the terms' functions of these kinds now instead of at their first use."""

@@ -34,8 +34,6 @@ class BlockEvaluator:
         # Each with how much was compiled when it was made.
         self._functions: dict[str, tuple[Mapped, int]] = {}
         self._pass = Passes(block)
-        # The Hessian of a term in which that is the same everywhere, on a matrix of zeros, and where it goes.
-        self._constant: tuple[tuple[int, int, float], tuple[LocalTables, Targets], np.ndarray] | None = None
 
     def __repr__(self) -> str:
         return f"BlockEvaluator({self.block.nature})"
@@ -141,12 +139,8 @@ class BlockEvaluator:
             places = {"gradient": gradient, "matrix": matrix, "sigma": stiffness, "mu": mu}
             self._pass(kind, mapped, controls, (local, targets), theta, factor, **places)
             return gradient
-        channels, known = block.kernel.channels, targets.wanted
-        constant = block.kernel.constant and stiffness is None and not matrix[known[1]].any()
-        if constant and self._constant is not None and self._constant[0] == (id(local), id(targets), factor):
-            matrix[known[1]] = self._constant[2]
-            return self.gradient(controls)
         slopes = np.empty((block.count, block.kernel.rows * block.kernel.channels))
+        channels, known = block.kernel.channels, targets.wanted
         sums = np.zeros((local.blocks.shape[1] + local.places.size, channels * channels))
         sums[: local.blocks.shape[1]].ravel()[known[0]] = matrix[known[1]]
         parts = sums[local.blocks.shape[1] :].reshape(block.elements, -1, channels * channels)
@@ -160,10 +154,7 @@ class BlockEvaluator:
         share = np.full((block.count, 1), theta)
         more = () if stiffness is None else (stiffness,)
         mapped.each(use, block.rows(controls), block.data, mu, share, *more)
-        matrix[known[1]] = found = (local.summing @ sums).ravel()[known[0]]
-        if constant:
-            # What is kept beside it holds the tables, by whose identity it is known.
-            self._constant = (id(local), id(targets), factor), (local, targets), found
+        matrix[known[1]] = (local.summing @ sums).ravel()[known[0]]
         return self._collect(slopes)
 
     def _single(self, local: LocalTables, elements: slice, packed: np.ndarray) -> np.ndarray:
