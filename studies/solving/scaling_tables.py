@@ -139,7 +139,7 @@ def repeated_table(measured: Sequence[Measurement]) -> Table:
         Column("least", "ms", end=True),
         Column("most", "ms", end=True),
     )
-    caption = "The median is the time that the other tables have; times that are not here are those of one solve."
+    caption = "The other tables have the solve next to the median; times that are not here are those of one solve."
     return Table("repetitions", columns, tuple(rows), caption)
 
 

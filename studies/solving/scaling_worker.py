@@ -44,7 +44,7 @@ class Measurement:
     run: its row, with median times; first: seconds of the first solve in its process, caches empty;
     memory, before: megabytes of the process at most and after its imports, None where unknown;
     stopped: why it was stopped, empty where it was not; unknowns: of its own formulation; repeated: seconds of the
-    repetitions, of which `run` has the median.
+    repetitions, of which `run` has the one next to the median.
     """
 
     method: str
@@ -252,7 +252,7 @@ def _again(attempts: list[Seconds]) -> bool:
 
 
 def _middle(attempts: list[Seconds]) -> Seconds:
-    """The attempt of the median total."""
+    """The attempt next to the median total."""
     middle = median(s.total for s in attempts)
     return min(attempts, key=lambda s: abs(s.total - middle))
 
